@@ -1,0 +1,183 @@
+"""The design record: one finished mirror system, and its file (``designs/<configuration>.json``, schema 1).
+
+Frame: the pinhole (centre of the entrance pupil) is the origin and the optical axis is +z. Lengths are in
+millimetres and angles in degrees, as the field names say. Keys that this version does not know are kept.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
+
+from designer.files import InputError, describe_validation_error, read_text, write_atomically
+
+Positive = Annotated[FiniteFloat, Field(gt=0)]
+NonNegative = Annotated[FiniteFloat, Field(ge=0)]
+Interval = tuple[FiniteFloat, FiniteFloat]
+
+
+class Record(BaseModel):
+    """Base of every part of a design: immutable, strict about types, tolerant of further keys."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+
+
+class Camera(Record):
+    """Sensor, principal distance and lens barrel.
+
+    ``focal_length_mm`` is the principal distance f in r = f tan(psi): the distance of the image plane from the
+    pinhole once the lens is focused, not the number engraved on the lens.
+    """
+
+    focal_length_mm: Positive
+    pixel_pitch_mm: Positive
+    width_px: Annotated[int, Field(gt=0)]
+    height_px: Annotated[int, Field(gt=0)]
+    f_number: Positive
+    lens_radius_mm: Positive
+    lens_front_mm: FiniteFloat
+    lens_length_mm: NonNegative
+    body_radius_mm: NonNegative
+    image_circle_radius_px: Positive | None = None
+    """Radius of the usable image; half the smaller image side if absent."""
+
+    @property
+    def image_radius_mm(self) -> float:
+        """Radius of the usable image circle on the sensor."""
+        radius_px = self.image_circle_radius_px or min(self.width_px, self.height_px) / 2
+        return radius_px * self.pixel_pitch_mm
+
+    @property
+    def principal_point_px(self) -> tuple[float, float]:
+        """Image centre (u, v); pixel centres lie at whole coordinates."""
+        return (self.width_px - 1) / 2, (self.height_px - 1) / 2
+
+
+class Mirror(Record):
+    """One annular conic mirror: its face, from inner to outer radius, and the substrate behind it.
+
+    ``radius_mm`` is the signed radius of curvature at the vertex, positive when the centre of curvature lies above
+    the vertex, and None for a plane. The substrate is the face shifted back along z by the thickness: upwards for
+    a mirror that faces down.
+    """
+
+    name: str
+    kind: Literal["plane", "hyperboloid", "ellipsoid", "paraboloid"]
+    vertex_mm: FiniteFloat
+    radius_mm: FiniteFloat | None
+    conic: FiniteFloat
+    inner_radius_mm: NonNegative
+    outer_radius_mm: Positive
+    thickness_mm: NonNegative
+    faces: Literal["up", "down"]
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> Self:
+        if self.inner_radius_mm >= self.outer_radius_mm:
+            raise ValueError(
+                f"inner_radius_mm ({self.inner_radius_mm:g}) must be smaller than "
+                f"outer_radius_mm ({self.outer_radius_mm:g})"
+            )
+        if (self.radius_mm is None) != (self.kind == "plane"):
+            raise ValueError("radius_mm is null for a plane, and only for a plane")
+        if self.radius_mm == 0:
+            raise ValueError("radius_mm must not be zero")
+        if self.radius_mm is not None:
+            ratio_squared = (self.outer_radius_mm / self.radius_mm) ** 2
+            if (1 + self.conic) * ratio_squared >= 1:
+                raise ValueError(
+                    f"outer_radius_mm ({self.outer_radius_mm:g}) lies beyond the equator of this ellipsoid "
+                    f"(at most {abs(self.radius_mm) / (1 + self.conic) ** 0.5:g})"
+                )
+        return self
+
+
+class View(Record):
+    """One view: the mirrors it uses, its effective viewpoint, its gain and the elevations asked of it.
+
+    ``gain`` is kappa in tan(psi/2) = kappa tan(pi/4 +- phi/2): + for sense ``direct``, - for ``folded``.
+    ``path`` lists the mirrors in the order in which a ray leaving the pinhole meets them.
+    """
+
+    path: Annotated[tuple[str, ...], Field(min_length=1)]
+    viewpoint_mm: FiniteFloat
+    gain: FiniteFloat
+    sense: Literal["direct", "folded"]
+    elevation_deg: Interval
+    zone: Literal["outer", "inner"]
+
+
+class Views(Record):
+    """The two views of a stereo system; the upper one has the higher viewpoint."""
+
+    upper: View
+    lower: View
+
+
+class WorkingVolume(Record):
+    """Elevations seen from the middle of the baseline, over a range of horizontal distances from the axis."""
+
+    elevation_deg: Interval
+    distance_mm: Interval
+
+
+class Design(Record):
+    """A finished mirror system, as the contract's ``designs/<configuration>.json`` holds it."""
+
+    model_config = ConfigDict(frozen=True, extra="allow", populate_by_name=True)
+
+    schema_version: Literal[1] = Field(default=1, alias="schema")
+    configuration: str
+    variant: str = ""
+    camera: Camera
+    mirrors: Annotated[tuple[Mirror, ...], Field(min_length=1)]
+    views: Views
+    baseline_mm: FiniteFloat
+    height_mm: FiniteFloat
+    diameter_mm: FiniteFloat
+    working_volume: WorkingVolume
+    noise_px: Positive
+    score: dict[str, Any] = {}
+
+    @model_validator(mode="after")
+    def _paths_name_mirrors(self) -> Self:
+        names = [mirror.name for mirror in self.mirrors]
+        if len(set(names)) != len(names):
+            raise ValueError(f"mirror names must differ: {', '.join(names)}")
+        for view in (self.views.upper, self.views.lower):
+            for name in view.path:
+                if name not in names:
+                    raise ValueError(f"path names mirror {name!r}; the mirrors are {', '.join(names)}")
+        return self
+
+    def mirror(self, name: str) -> Mirror:
+        """The mirror of that name. Raises StopIteration if there is none, which validation excludes for paths."""
+        return next(mirror for mirror in self.mirrors if mirror.name == name)
+
+
+def read_design(path: Path) -> Design:
+    """Read and validate a design file.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is not JSON, lacks a key or holds an impossible value: one line says which.
+    """
+    text = read_text(path)
+    try:
+        return Design.model_validate(json.loads(text))
+    except json.JSONDecodeError as error:
+        raise InputError(f"{path}: not JSON: {error.msg} at line {error.lineno}, column {error.colno}") from None
+    except RecursionError:
+        raise InputError(f"{path}: nested too deeply for a design file") from None
+    except ValidationError as error:
+        raise InputError(describe_validation_error(path, error)) from None
+
+
+def write_design(design: Design, path: Path) -> None:
+    """Write a design file, whole or not at all."""
+    content = design.model_dump(mode="json", by_alias=True)
+    write_atomically(path, json.dumps(content, indent=2, allow_nan=False) + "\n")

@@ -1,0 +1,57 @@
+"""The few functions that NumPy arrays and CasADi symbols do not share under one name.
+
+Arithmetic works on both as it is. CasADi is imported only when a symbol comes in, so that evaluating a finished
+design never loads the solver.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+Scalar = Any
+"""A float, a NumPy array (broadcast) or a CasADi symbol."""
+
+
+def is_symbolic(*values: Scalar) -> bool:
+    """Whether any of the values is a CasADi symbol or expression."""
+    return any(type(value).__module__.startswith("casadi") for value in values)
+
+
+def sqrt(value: Scalar) -> Scalar:
+    """Square root."""
+    return _casadi().sqrt(value) if is_symbolic(value) else np.sqrt(value)
+
+
+def tan(value: Scalar) -> Scalar:
+    """Tangent of an angle in radians."""
+    return _casadi().tan(value) if is_symbolic(value) else np.tan(value)
+
+
+def arctan(value: Scalar) -> Scalar:
+    """Angle in radians, between -pi/2 and pi/2, whose tangent is given."""
+    return _casadi().atan(value) if is_symbolic(value) else np.arctan(value)
+
+
+def maximum(first: Scalar, second: Scalar) -> Scalar:
+    """The larger of two values, element by element."""
+    return _casadi().fmax(first, second) if is_symbolic(first, second) else np.maximum(first, second)
+
+
+def minimum(first: Scalar, second: Scalar) -> Scalar:
+    """The smaller of two values, element by element."""
+    return _casadi().fmin(first, second) if is_symbolic(first, second) else np.minimum(first, second)
+
+
+def where(condition: Scalar, if_true: Scalar, if_false: Scalar) -> Scalar:
+    """``if_true`` where the condition holds, else ``if_false``; both must be finite."""
+    if is_symbolic(condition, if_true, if_false):
+        return _casadi().if_else(condition, if_true, if_false)
+    return np.where(condition, if_true, if_false)
+
+
+def _casadi() -> Any:
+    import casadi
+
+    return casadi
