@@ -16,13 +16,13 @@ Sense = Literal["direct", "folded"]
 
 
 def half_angle_tangent(elevation_tangent: Scalar, sense: Sense) -> Scalar:
-    """t = tan(pi/4 +- phi/2) from m = tan(phi): + for a direct view, - for a folded one. Always positive."""
+    """Positive t = tan(pi/4 +- phi/2) from m = tan(phi): + for a direct view, - for a folded one."""
     sign = 1.0 if sense == "direct" else -1.0
     return sqrt(1.0 + elevation_tangent * elevation_tangent) + sign * elevation_tangent
 
 
 def elevation_tangent(half_angle_tangent: Scalar, sense: Sense) -> Scalar:
-    """m = tan(phi) from t = tan(pi/4 +- phi/2); inverse of :func:`half_angle_tangent`."""
+    """Slope m = tan(phi) from t = tan(pi/4 +- phi/2); inverse of :func:`half_angle_tangent`."""
     sign = 1.0 if sense == "direct" else -1.0
     return sign * (half_angle_tangent - 1.0 / half_angle_tangent) / 2.0
 
