@@ -6,6 +6,7 @@ design never loads the solver.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -49,6 +50,18 @@ def where(condition: Scalar, if_true: Scalar, if_false: Scalar) -> Scalar:
     if is_symbolic(condition, if_true, if_false):
         return _casadi().if_else(condition, if_true, if_false)
     return np.where(condition, if_true, if_false)
+
+
+def stack(values: Sequence[Scalar]) -> Scalar:
+    """Stack scalars or equally broadcastable arrays into rows: a column vector for symbols."""
+    if is_symbolic(*values):
+        return _casadi().vertcat(*values)
+    return np.stack(np.broadcast_arrays(*values))
+
+
+def take(rows: Scalar, indices: Sequence[int]) -> Scalar:
+    """The given rows of what :func:`stack` returned, in that order."""
+    return rows[list(indices)]
 
 
 def _casadi() -> Any:

@@ -1,0 +1,76 @@
+"""A conic of revolution seen from one of its foci: two numbers that stay finite for every kind.
+
+With the gain kappa = (1 - q) / (1 + q) of the design notes and v the distance from focus A to the vertex, the
+inverse gain mu = 1 / kappa describes every mirror without a 0/0:
+
+    R = 2 v t / (1 - mu t^2),   axial distance from A = v (1 - t^2) / (1 - mu t^2),   t = tan(angle at A / 2)
+
+mu = 1 is a plane, mu > 1 a convex hyperboloid, 0 < mu < 1 a concave one, mu = 0 a paraboloid (second focus at
+infinity) and mu < 0 an ellipsoid; -1 < mu < 0 is the ellipsoid whose second focus lies behind focus A (c < 0).
+Seen from focus B the same formulas hold with v kappa in place of v and kappa in place of mu.
+
+All functions take floats, NumPy arrays or CasADi symbols; lengths in mm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from designer.optics.backend import Scalar, maximum, sqrt
+
+# Below this, 1 - (1 + K) c^2 r^2 is held while a solver probes radii that the conic does not reach.
+SMALLEST_SAG_DISCRIMINANT = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """A conic as its vertex equation has it: z(r) = z_vertex + c r^2 / (1 + sqrt(1 - (1 + K) c^2 r^2)).
+
+    ``conic_term`` is (1 + K) c^2 in 1/mm^2, finite where K is not (a plane as the limit of hyperboloids).
+    """
+
+    vertex_height: Scalar
+    curvature: Scalar
+    conic_term: Scalar
+
+    def height(self, radius: Scalar) -> Scalar:
+        """Height z of the vertex sheet at distance ``radius`` from the axis."""
+        squared = radius * radius
+        root = sqrt(maximum(1.0 - self.conic_term * squared, SMALLEST_SAG_DISCRIMINANT))
+        return self.vertex_height + self.curvature * squared / (1.0 + root)
+
+
+@dataclass(frozen=True, slots=True)
+class FocalConic:
+    """A mirror by one focus: ``direction`` is +1 if it faces down (direct, secondary), -1 if up (primary)."""
+
+    focus_height: Scalar
+    direction: int
+    vertex_distance: Scalar
+    inverse_gain: Scalar
+
+    @property
+    def surface(self) -> Surface:
+        """The mirror by vertex, curvature and (1 + K) c^2."""
+        return Surface(
+            vertex_height=self.focus_height + self.direction * self.vertex_distance,
+            curvature=self.direction * (self.inverse_gain - 1.0) / (2.0 * self.vertex_distance),
+            conic_term=-self.inverse_gain / (self.vertex_distance * self.vertex_distance),
+        )
+
+    @property
+    def other_focus_height(self) -> Scalar:
+        """Height of the second focus; infinite for a paraboloid."""
+        return self.focus_height + self.direction * self.vertex_distance * (1.0 + 1.0 / self.inverse_gain)
+
+    def point(self, half_tangent: Scalar) -> tuple[Scalar, Scalar]:
+        """(R, z) where the ray at half-angle tangent t from this focus meets the mirror; R carries t's sign."""
+        squared = half_tangent * half_tangent
+        scale = self.vertex_distance / (1.0 - self.inverse_gain * squared)
+        return 2.0 * scale * half_tangent, self.focus_height + self.direction * scale * (1.0 - squared)
+
+
+def conic_constant(inverse_gain: Scalar) -> Scalar:
+    """Conic constant K = -1/q^2 = -((mu + 1) / (mu - 1))^2; not for a plane (mu = 1)."""
+    ratio = (inverse_gain + 1.0) / (inverse_gain - 1.0)
+    return -ratio * ratio

@@ -1,0 +1,224 @@
+"""The layout of a whole system in the meridional plane: mirrors, solids, and the legs of light between them.
+
+A view's path is followed backwards, from the pinhole over its mirrors to the world. Each leg holds all the light of
+one view between two successive surfaces, as the region between the rays of its zone's inner and outer end. R is
+signed: the world side of every ray is at R > 0, so a leg of negative gain starts at R < 0 and crosses the axis at a
+focus, where it is split in two: every leg is convex up to the bulge of the mirrors that end it.
+
+Everything takes floats, NumPy arrays or CasADi symbols; lengths in mm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+from designer.optics.backend import Scalar, maximum
+from designer.optics.conic import FocalConic, Surface
+
+Point = tuple[Scalar, Scalar]
+"""(R, z) in the meridional plane, R signed."""
+
+# The camera body reaches down without end; this much of it is enough for any light that comes from above it.
+BODY_DEPTH_MM = 100.0
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What the mirrors have to live with: their substrate, the lens barrel and the camera body, all in mm."""
+
+    substrate_thickness: Scalar
+    edge_margin: Scalar
+    lens_radius: Scalar
+    lens_front: Scalar
+    lens_length: Scalar
+    body_radius: Scalar
+    reach_radius: Scalar
+    """Beyond this distance from the axis there is nothing left to hit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reflection:
+    """One mirror on a view's path.
+
+    ``half_tangents`` belong to the zone's two ends at the conic's focus; ``crossing_height`` is where the light then
+    crosses the axis, None if it does not.
+    """
+
+    mirror: str
+    conic: FocalConic
+    half_tangents: tuple[Scalar, Scalar]
+    crossing_height: Scalar | None
+
+
+@dataclass(frozen=True, slots=True)
+class OpticalPath:
+    """A view from the pinhole to the world; index 0 is the zone's inner end, index 1 its outer end.
+
+    ``slopes`` are tan(phi) of the two ends at the effective viewpoint.
+    """
+
+    view: str
+    viewpoint: Scalar
+    slopes: tuple[Scalar, Scalar]
+    reflections: tuple[Reflection, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Solid:
+    """A ring-shaped solid on one side of the axis: a surface from inner to outer radius, and ``depth`` behind it.
+
+    ``side`` is +1 or -1: the sign of R. ``depth`` is signed along z. A cylinder on the axis has a flat surface from
+    minus to plus its radius.
+    """
+
+    name: str
+    side: int
+    surface: Surface
+    inner_radius: Scalar
+    outer_radius: Scalar
+    depth: Scalar
+
+
+@dataclass(frozen=True, slots=True)
+class LegEnd:
+    """One end of a leg: the points of the zone's two end rays, on a mirror (with the side of the axis) or not."""
+
+    points: tuple[Point, Point]
+    mirror: str | None = None
+    side: int = 0
+    surface: Surface | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """The light of one view between two successive ends."""
+
+    view: str
+    name: str
+    start: LegEnd
+    end: LegEnd
+
+    @property
+    def leaves_pinhole(self) -> bool:
+        """Whether the leg starts inside the lens barrel."""
+        return self.name.startswith("pinhole")
+
+    def touches(self, solid: Solid) -> bool:
+        """Whether the leg starts or ends on that very solid."""
+        return any(end.mirror == solid.name and end.side == solid.side for end in (self.start, self.end))
+
+
+@dataclass(frozen=True, slots=True)
+class PlacedMirror:
+    """A mirror with its clear aperture; ``direction`` is +1 if it faces down."""
+
+    name: str
+    direction: int
+    surface: Surface
+    used_radii: tuple[Scalar, Scalar]
+    inner_radius: Scalar
+    outer_radius: Scalar
+    thickness: Scalar
+
+    @property
+    def rim_heights(self) -> tuple[Scalar, Scalar]:
+        """Heights of the face at its inner and outer rim."""
+        return self.surface.height(self.inner_radius), self.surface.height(self.outer_radius)
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Mirrors, legs and camera solids of one system."""
+
+    mirrors: tuple[PlacedMirror, ...]
+    legs: tuple[Leg, ...]
+    camera_solids: tuple[Solid, Solid]
+
+    @property
+    def mirror_solids(self) -> tuple[Solid, ...]:
+        """Each mirror's substrate on both sides of the axis."""
+        return tuple(
+            Solid(
+                mirror.name,
+                side,
+                mirror.surface,
+                mirror.inner_radius,
+                mirror.outer_radius,
+                mirror.direction * mirror.thickness,
+            )
+            for mirror in self.mirrors
+            for side in (1, -1)
+        )
+
+    @property
+    def solids(self) -> tuple[Solid, ...]:
+        """Everything that can stop a ray."""
+        return (*self.mirror_solids, *self.camera_solids)
+
+
+def lay_out(paths: tuple[OpticalPath, ...], sides: dict[str, int], surroundings: Surroundings) -> Layout:
+    """Place mirrors, legs and solids for the given paths.
+
+    Parameters
+    ----------
+    paths
+        The two views.
+    sides
+        For each mirror the sign of R where the path meets it; fixed by the signs of the gains.
+    surroundings
+        Substrate, margins and camera.
+    """
+    mirrors = [
+        _place_mirror(reflection, sides[reflection.mirror], surroundings)
+        for path in paths
+        for reflection in path.reflections
+    ]
+    surfaces = {mirror.name: mirror.surface for mirror in mirrors}
+    legs = [leg for path in paths for leg in _legs_of(path, sides, surfaces, surroundings.reach_radius)]
+    return Layout(tuple(mirrors), tuple(legs), _camera_solids(surroundings))
+
+
+def _place_mirror(reflection: Reflection, side: int, surroundings: Surroundings) -> PlacedMirror:
+    used = tuple(side * reflection.conic.point(tangent)[0] for tangent in reflection.half_tangents)
+    return PlacedMirror(
+        name=reflection.mirror,
+        direction=reflection.conic.direction,
+        surface=reflection.conic.surface,
+        used_radii=(used[0], used[1]),
+        inner_radius=maximum(used[0] - surroundings.edge_margin, 0.0),
+        outer_radius=used[1] + surroundings.edge_margin,
+        thickness=surroundings.substrate_thickness,
+    )
+
+
+def _legs_of(path: OpticalPath, sides: dict[str, int], surfaces: dict[str, Surface], reach_radius: Scalar) -> list[Leg]:
+    ends = [("pinhole", LegEnd(((0.0, 0.0), (0.0, 0.0))))]
+    for reflection in path.reflections:
+        points = (
+            reflection.conic.point(reflection.half_tangents[0]),
+            reflection.conic.point(reflection.half_tangents[1]),
+        )
+        mirror = reflection.mirror
+        ends.append((mirror, LegEnd(points, mirror, sides[mirror], surfaces[mirror])))
+        if reflection.crossing_height is not None:
+            crossing = (0.0, reflection.crossing_height)
+            ends.append((f"focus after {mirror}", LegEnd((crossing, crossing))))
+    world = tuple((reach_radius, path.viewpoint + reach_radius * slope) for slope in path.slopes)
+    ends.append(("world", LegEnd((world[0], world[1]))))
+    return [
+        Leg(path.view, f"{start_name} -> {end_name}", start, end)
+        for (start_name, start), (end_name, end) in pairwise(ends)
+    ]
+
+
+def _camera_solids(surroundings: Surroundings) -> tuple[Solid, Solid]:
+    flange = surroundings.lens_front - surroundings.lens_length
+    return (
+        _cylinder("lens", surroundings.lens_radius, surroundings.lens_front, surroundings.lens_length),
+        _cylinder("body", surroundings.body_radius, flange, BODY_DEPTH_MM),
+    )
+
+
+def _cylinder(name: str, radius: Scalar, top: Scalar, depth: Scalar) -> Solid:
+    return Solid(name, 1, Surface(top, 0.0, 0.0), -radius, radius, -depth)
