@@ -1,0 +1,1 @@
+"""What a design is worth: depth resolution, its closed-form limit, angular resolution, and the mirrors' shapes."""

@@ -1,0 +1,249 @@
+"""First-order depth error of a stereo pair of views (design notes, section 5).
+
+A point at horizontal distance D is seen by the lower viewpoint at slope m_l = tan(phi_l) and by the upper one at
+m_u, and D = b / (m_l - m_u). With noise sigma_r in the image radius of each view, independent in the two,
+
+    sigma_D / D = (D / b) sqrt(sigma_ml^2 + sigma_mu^2),   sigma_m = sigma_r (1 + m^2) / |dr/dphi|
+
+The score is the root mean square of sigma_D / D over the working volume, uniform in elevation (seen from the middle
+of the baseline) and log-uniform in distance. Functions down to :func:`depth_error_rms` take floats, NumPy arrays or
+CasADi symbols; the rest take floats and arrays. Lengths in mm, angles in radians. Where a view's gain carries a ray
+beyond 90 degrees at the pinhole the numbers mean nothing; no zone inside an image circle does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from designer.optics.backend import Scalar, sqrt, tan
+from designer.optics.view import (
+    Sense,
+    elevation_tangent,
+    half_angle_tangent,
+    image_half_tangent,
+    image_radius,
+    image_radius_slope,
+)
+
+# Gauss-Legendre nodes in elevation and in log distance that hold the score to 1e-3 (the tests prove it).
+ELEVATION_NODES = 5
+DISTANCE_NODES = 4
+
+# Above this sigma_D / D the distance is no longer near Gaussian and first order is not honest.
+FIRST_ORDER_BOUND = 0.25
+
+
+@dataclass(frozen=True, slots=True)
+class StereoPair:
+    """All that depth depends on: the gains and senses of two views, the baseline and the principal distance in mm."""
+
+    gain_lower: Scalar
+    sense_lower: Sense
+    gain_upper: Scalar
+    sense_upper: Sense
+    baseline: Scalar
+    principal_distance: Scalar
+
+
+@dataclass(frozen=True, slots=True)
+class Volume:
+    """A working volume: elevations (low, high) in radians seen from the middle of the baseline, and horizontal
+    distances (near, far) from the axis in mm.
+    """
+
+    elevations: tuple[Scalar, Scalar]
+    distances: tuple[Scalar, Scalar]
+
+
+def slope_error(slope: Scalar, gain: Scalar, sense: Sense, principal_distance: Scalar, noise_mm: Scalar) -> Scalar:
+    """Standard deviation of m = tan(phi) for noise of ``noise_mm`` in the image radius; carries the sign of dm/dr."""
+    return noise_mm * (1.0 + slope * slope) / image_radius_slope(slope, gain, principal_distance, sense)
+
+
+def relative_depth_error(
+    elevation_tangent_lower: Scalar,
+    elevation_tangent_upper: Scalar,
+    gain_lower: Scalar,
+    sense_lower: Sense,
+    gain_upper: Scalar,
+    sense_upper: Sense,
+    baseline: Scalar,
+    principal_distance: Scalar,
+    noise_mm: Scalar,
+) -> Scalar:
+    """sigma_D / D, to first order, of the point seen at the two given slopes.
+
+    Parameters
+    ----------
+    elevation_tangent_lower, elevation_tangent_upper
+        tan(phi) at the lower and at the upper viewpoint; the distance is baseline / (lower - upper).
+    gain_lower, sense_lower, gain_upper, sense_upper
+        The gain kappa and the sense of each view.
+    baseline, principal_distance
+        In mm.
+    noise_mm
+        Standard deviation of the image radius in each view, in mm on the sensor.
+    """
+    error_lower = slope_error(elevation_tangent_lower, gain_lower, sense_lower, principal_distance, noise_mm)
+    error_upper = slope_error(elevation_tangent_upper, gain_upper, sense_upper, principal_distance, noise_mm)
+    distance_per_baseline = 1.0 / (elevation_tangent_lower - elevation_tangent_upper)
+    # sqrt(x^2 + y^2) of the two never vanishes, so its derivative stays finite for the optimiser.
+    return distance_per_baseline * sqrt(error_lower * error_lower + error_upper * error_upper)
+
+
+def slopes_of_point(elevation_slope: Scalar, distance: Scalar, baseline: Scalar) -> tuple[Scalar, Scalar]:
+    """tan(phi) at the lower and at the upper viewpoint of a point given by tan(elevation) from the middle and D."""
+    parallax = baseline / (2.0 * distance)
+    return elevation_slope + parallax, elevation_slope - parallax
+
+
+def depth_error_rms(
+    pair: StereoPair,
+    volume: Volume,
+    noise_mm: Scalar,
+    elevation_nodes: int = ELEVATION_NODES,
+    distance_nodes: int = DISTANCE_NODES,
+) -> Scalar:
+    """Root mean square of sigma_D / D over the working volume: the score.
+
+    Uniform in elevation, log-uniform in distance, by tensor Gauss-Legendre quadrature. Broadcasts over arrays of
+    designs: gains, baseline, principal distance and volume may have shape (n,).
+    """
+    low, high = volume.elevations
+    near, far = volume.distances
+    slopes = [(tan(low + (high - low) * node), weight) for node, weight in _unit_gauss_legendre(elevation_nodes)]
+    distances = [(near * (far / near) ** node, weight) for node, weight in _unit_gauss_legendre(distance_nodes)]
+    mean_square: Scalar = 0.0
+    for slope, slope_weight in slopes:
+        for distance, distance_weight in distances:
+            error = _relative_depth_error_at(pair, slope, distance, noise_mm)
+            mean_square = mean_square + slope_weight * distance_weight * error * error
+    return sqrt(mean_square)
+
+
+def depth_error_map(
+    pair: StereoPair, elevations: NDArray[np.float64], distances: NDArray[np.float64], noise_mm: float
+) -> NDArray[np.float64]:
+    """sigma_D / D at points given by elevation from the middle of the baseline (rad) and distance (mm), broadcast."""
+    return np.asarray(_relative_depth_error_at(pair, np.tan(elevations), distances, noise_mm))
+
+
+def worst_depth_error(pair: StereoPair, volume: Volume, noise_mm: float) -> float:
+    """The largest sigma_D / D on a grid over the working volume that includes its corners."""
+    elevations, distances = volume_grid(volume)
+    return float(np.max(depth_error_map(pair, elevations, distances, noise_mm)))
+
+
+def first_order_is_valid(pair: StereoPair, volume: Volume, noise_mm: float) -> bool:
+    """Whether sigma_D / D stays below 0.25 everywhere in the volume; beyond it only a Monte Carlo is honest."""
+    return worst_depth_error(pair, volume, noise_mm) <= FIRST_ORDER_BOUND
+
+
+def volume_grid(
+    volume: Volume, elevation_count: int = 65, distance_count: int = 17
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Elevations of shape (n, 1) and log-spaced distances of shape (m,) that span a volume, ends included."""
+    elevations = np.linspace(*volume.elevations, elevation_count)[:, None]
+    return elevations, np.geomspace(*volume.distances, distance_count)
+
+
+def point_covariance(
+    pair: StereoPair, elevation_slope: Scalar, distance: Scalar, noise_mm: float
+) -> NDArray[np.float64]:
+    """Covariance of a reconstructed point in (distance mm, height mm, azimuth rad), to first order.
+
+    Each view measures an image point with isotropic noise: along the radius it gives the slope, across it the
+    azimuth, with standard deviation noise / |r|; the two azimuths are averaged by weight, so 1 / sigma^2 adds.
+
+    Parameters
+    ----------
+    elevation_slope, distance
+        tan(elevation) from the middle of the baseline, and horizontal distance in mm; they broadcast.
+    noise_mm
+        Standard deviation of an image coordinate, in mm on the sensor.
+
+    Returns
+    -------
+    Array of shape (..., 3, 3).
+    """
+    lower, upper = slopes_of_point(elevation_slope, distance, pair.baseline)
+    errors = (
+        slope_error(lower, pair.gain_lower, pair.sense_lower, pair.principal_distance, noise_mm),
+        slope_error(upper, pair.gain_upper, pair.sense_upper, pair.principal_distance, noise_mm),
+    )
+    # D = b / (m_l - m_u) and height = D (m_l + m_u) / 2, differentiated by m_l and by m_u.
+    distance_by_slope = (-(distance**2) / pair.baseline, distance**2 / pair.baseline)
+    height_by_slope = tuple(distance / 2.0 + elevation_slope * derivative for derivative in distance_by_slope)
+    radii = (
+        image_radius(lower, pair.gain_lower, pair.principal_distance, pair.sense_lower),
+        image_radius(upper, pair.gain_upper, pair.principal_distance, pair.sense_upper),
+    )
+    terms = list(zip(errors, distance_by_slope, height_by_slope, strict=True))
+    variance_distance = sum((by_distance * error) ** 2 for error, by_distance, _ in terms)
+    variance_height = sum((by_height * error) ** 2 for error, _, by_height in terms)
+    mixed = sum(error**2 * by_distance * by_height for error, by_distance, by_height in terms)
+    variance_azimuth = noise_mm**2 / (radii[0] ** 2 + radii[1] ** 2)
+    zero = np.zeros(np.broadcast(variance_distance, variance_azimuth).shape)
+    rows = [
+        [variance_distance + zero, mixed + zero, zero],
+        [mixed + zero, variance_height + zero, zero],
+        [zero, zero, variance_azimuth + zero],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def disparity_steps(
+    pair: StereoPair, elevation_slope: Scalar, distance: Scalar, pixel_pitch_mm: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """How far a point recedes (mm) when its disparity shrinks by one pixel, in the lower and in the upper view.
+
+    Exact, not first order; infinite where one pixel less puts the point at infinity.
+    """
+    slopes = slopes_of_point(elevation_slope, distance, pair.baseline)
+    lower = _slope_one_pixel_on(slopes[0], pair.gain_lower, pair.sense_lower, pair, pixel_pitch_mm, -1.0)
+    upper = _slope_one_pixel_on(slopes[1], pair.gain_upper, pair.sense_upper, pair, pixel_pitch_mm, 1.0)
+    return (
+        _distance_at(lower, slopes[1], pair.baseline) - distance,
+        _distance_at(slopes[0], upper, pair.baseline) - distance,
+    )
+
+
+def _relative_depth_error_at(pair: StereoPair, slope: Scalar, distance: Scalar, noise_mm: Scalar) -> Scalar:
+    lower, upper = slopes_of_point(slope, distance, pair.baseline)
+    return relative_depth_error(
+        lower,
+        upper,
+        pair.gain_lower,
+        pair.sense_lower,
+        pair.gain_upper,
+        pair.sense_upper,
+        pair.baseline,
+        pair.principal_distance,
+        noise_mm,
+    )
+
+
+def _unit_gauss_legendre(count: int) -> list[tuple[float, float]]:
+    """Nodes and weights on (0, 1); the weights add up to 1."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return [(float(node + 1.0) / 2.0, float(weight) / 2.0) for node, weight in zip(nodes, weights, strict=True)]
+
+
+def _slope_one_pixel_on(
+    slope: Scalar, gain: Scalar, sense: Sense, pair: StereoPair, pixel_pitch_mm: float, towards: float
+) -> Scalar:
+    """The slope seen one pixel further along the radius, in the direction in which the slope changes by ``towards``."""
+    radius = image_radius(slope, gain, pair.principal_distance, sense)
+    rising = 1.0 if sense == "direct" else -1.0
+    # A negative gain flips the sign of the radius, and of dr/dm with it.
+    moved = radius + towards * rising * np.sign(gain) * pixel_pitch_mm
+    half_tangent = image_half_tangent(moved, pair.principal_distance) / gain
+    return elevation_tangent(half_tangent, sense)
+
+
+def _distance_at(slope_lower: Scalar, slope_upper: Scalar, baseline: Scalar) -> NDArray[np.float64]:
+    disparity = np.asarray(slope_lower - slope_upper, dtype=float)
+    return np.divide(baseline, disparity, out=np.full(disparity.shape, np.inf), where=disparity > 0)
