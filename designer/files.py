@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,18 +16,26 @@ class InputError(Exception):
     """Something a person typed cannot be used. The message is one line that names file, key, value and remedy."""
 
 
-def read_text(path: Path) -> str:
+def read_text(path: Path, largest_bytes: int = 64_000_000) -> str:
     """Return the text of a file.
 
     Raises
     ------
     InputError
-        The file is absent, is a folder, cannot be read, or is not UTF-8.
+        The file is absent, is a folder, cannot be read, is larger than ``largest_bytes``, is not UTF-8, or begins
+        with a byte-order mark.
     """
     try:
-        return path.read_text(encoding="utf-8")
+        with path.open("rb") as stream:
+            data = stream.read(largest_bytes + 1)
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    if len(data) > largest_bytes:
+        raise InputError(f"{path}: larger than {largest_bytes / 1e6:g} MB, which no such file needs")
+    if data.startswith(b"\xef\xbb\xbf"):
+        raise InputError(f"{path}: begins with a byte-order mark; save it as UTF-8 without one")
+    try:
+        return data.decode("utf-8")
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not UTF-8 text (byte {error.start})") from None
 
@@ -47,16 +56,33 @@ def write_atomically(path: Path, content: str | bytes) -> None:
 
 
 def describe_validation_error(path: Path | str, error: ValidationError) -> str:
-    """One line for the first problem of a pydantic validation: file, key, value and what is allowed."""
-    problems = error.errors()
+    """One line for the first problem of a pydantic validation: file, key, value and what is allowed.
+
+    A validator that raises ``PydanticCustomError`` with a context of ``key`` and ``value`` names them below the place
+    where it was raised; location parts in parentheses are tags of a union, not keys, and are dropped.
+    """
+    problems = error.errors(include_url=False)
     first = problems[0]
-    key = ".".join(str(part) for part in first["loc"]) or "(whole file)"
-    message = first["msg"].removeprefix("Value error, ")
-    value = "" if first["type"] in {"missing", "extra_forbidden"} else f" = {_shortened(first['input'])}"
+    context = first.get("ctx", {})
+    parts = [str(part) for part in first["loc"] if not str(part).startswith("(")]
+    if context.get("key"):
+        parts.append(str(context["key"]))
+    key = " ".join(".".join(parts).split()) or "(whole file)"
+    shown = context["value"] if "value" in context else first["input"]
+    is_table = isinstance(shown, Mapping) or hasattr(shown, "model_fields_set")
+    value = "" if first["type"] in {"missing", "extra_forbidden"} or is_table else f" = {_shortened(shown)}"
+    message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be", 1)
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    return f"{path}: {key}{value}: {message}{more}"
+    return f"{path}: {_shortened_text(key)}{value}: {message}{more}"
 
 
-def _shortened(value: object, longest: int = 60) -> str:
-    text = " ".join(repr(value).split())
+def _shortened(value: object) -> str:
+    try:
+        return _shortened_text(repr(value))
+    except ValueError:  # an integer of more digits than Python prints
+        return "(a number of thousands of digits)"
+
+
+def _shortened_text(text: str, longest: int = 60) -> str:
+    text = " ".join(text.split())
     return text if len(text) <= longest else text[: longest - 1] + "…"

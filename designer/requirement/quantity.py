@@ -1,0 +1,88 @@
+"""Numbers as an engineer types them: what is allowed, in which unit, and which mistake a wild value suggests."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal, NoReturn
+
+from pydantic import GetCoreSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+
+def refuse(allowed: str, key: str = "", value: object = None) -> NoReturn:
+    """Refuse what was typed: say what is allowed, and below which key of the model at hand.
+
+    Raises
+    ------
+    PydanticCustomError
+        Always; :func:`designer.files.describe_validation_error` turns it into the one line that people read.
+    """
+    context = {"allowed": allowed, "key": key} | ({"value": value} if key else {})
+    raise PydanticCustomError("refused", "{allowed}", context)
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A pydantic type annotation: a number within limits, a range [low, high] of two, or either.
+
+    Finite numbers only, unless ``may_be_infinite``; no strings and no booleans. The hints name the likely mistake
+    behind a value outside the limits, usually a wrong unit.
+    """
+
+    low: float
+    high: float
+    unit: str = ""
+    if_smaller: str = ""
+    if_larger: str = ""
+    shape: Literal["number", "range", "number or range"] = "number"
+    whole: bool = False
+    may_be_infinite: bool = False
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Validate with :meth:`check` alone, whatever the annotated type."""
+        return core_schema.no_info_plain_validator_function(self.check)
+
+    @property
+    def allowed(self) -> str:
+        """What may be written, in words."""
+        noun = "a whole number" if self.whole else "a number"
+        unit = f" ({self.unit})" if self.unit else ""
+        limits = f"from {self.low:.15g} to {self.high:.15g}{unit}"
+        infinite = ", or inf" if self.may_be_infinite else ""
+        return {
+            "number": f"{noun} {limits}{infinite}",
+            "range": f"a range [low, high] of two numbers, low < high, {limits}",
+            "number or range": f"{noun} or a range [low, high], low < high, {limits}",
+        }[self.shape]
+
+    def check(self, value: object) -> float | tuple[float, float]:
+        """Return the number or the range, or refuse it."""
+        if isinstance(value, list | tuple) and self.shape != "number":
+            if len(value) != 2:
+                refuse(f"must be {self.allowed}")
+            low, high = self._checked_number(value[0]), self._checked_number(value[1])
+            if low >= high:
+                refuse(f"must be {self.allowed}; {_order_hint(low, high, self.shape)}")
+            return low, high
+        if self.shape == "range":
+            refuse(f"must be {self.allowed}")
+        return self._checked_number(value)
+
+    def _checked_number(self, value: object) -> float:
+        if isinstance(value, bool) or not isinstance(value, int if self.whole else int | float):
+            hint = "; write it without quotes and without a unit" if isinstance(value, str) else ""
+            refuse(f"must be {self.allowed}{hint}")
+        if value == math.inf and self.may_be_infinite:
+            return math.inf
+        # Written so that NaN fails too; whole numbers of any size compare exactly with floats.
+        if not self.low <= value <= self.high:
+            hint = self.if_smaller if value < self.low else self.if_larger if value > self.high else ""
+            refuse(f"must be {self.allowed}{'; ' if hint else ''}{hint}")
+        return value if self.whole else float(value)
+
+
+def _order_hint(low: float, high: float, shape: str) -> str:
+    if low > high:
+        return f"swap the two: [{high:g}, {low:g}]"
+    return "write the number alone" if shape == "number or range" else "the two are equal"

@@ -1,0 +1,100 @@
+"""A requirement and its TOML file: reading, writing, and changing one key."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+from pydantic import ValidationError
+
+from designer.files import InputError, describe_validation_error, read_text
+from designer.requirement.model import Requirement
+
+LARGEST_FILE_BYTES = 1_000_000
+
+
+def read_requirement(path: Path) -> Requirement:
+    """Read and validate a requirement file. Without a ``name`` it is called after the file.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is not TOML, or asks for something that cannot be: one line says what is allowed.
+    """
+    text = read_text(path, largest_bytes=LARGEST_FILE_BYTES)
+    try:
+        content = tomllib.loads(text)
+    except RecursionError:
+        raise InputError(f"{path}: nested too deeply for a requirement") from None
+    except ValueError as error:  # TOMLDecodeError, and what int() says of a number of thousands of digits
+        raise InputError(f"{path}: not valid TOML: {error}") from None
+    content.setdefault("name", _name_from(path))
+    return _validated(content, path)
+
+
+def requirement_to_toml(requirement: Requirement) -> str:
+    """The complete requirement, defaults included, as TOML; reading it gives the same requirement."""
+    return tomli_w.dumps(requirement.model_dump(exclude_none=True), multiline_strings=False)
+
+
+def set_key(requirement: Requirement, key: str, value: object) -> Requirement:
+    """The requirement with one key changed and everything checked again.
+
+    Defaults that follow from another key (the mirror diameter from the envelope's) follow the change.
+
+    Parameters
+    ----------
+    requirement
+        The requirement to start from; it stays as it is.
+    key
+        Dotted name, such as ``envelope.height_mm``; a number selects from a catalogue: ``camera.lens.0.f_number``.
+    value
+        The new value, as TOML would hold it.
+
+    Raises
+    ------
+    InputError
+        There is no such key, or the value is not allowed.
+    """
+    content = requirement.model_dump(exclude_unset=True)
+    *parents, last = key.split(".")
+    target: Any = content
+    for part in parents:
+        target = _child(target, part, key)
+    if isinstance(target, list):
+        target[_index(target, last, key)] = value
+    else:
+        target[last] = value
+    return _validated(content, requirement.name)
+
+
+def _child(target: Any, part: str, key: str) -> Any:
+    if isinstance(target, list):
+        return target[_index(target, part, key)]
+    child = target.setdefault(part, {})
+    if isinstance(child, tuple):  # catalogues are kept as tuples, which cannot be changed in place
+        child = target[part] = list(child)
+    if not isinstance(child, dict | list):
+        raise InputError(f"{key}: {part} holds no further keys")
+    return child
+
+
+def _index(target: list[Any], part: str, key: str) -> int:
+    if not part.isdecimal() or int(part) >= len(target):
+        raise InputError(f"{key}: {part} must be a number from 0 to {len(target) - 1}")
+    return int(part)
+
+
+def _validated(content: dict[str, Any], source: Path | str) -> Requirement:
+    try:
+        return Requirement.model_validate(content)
+    except ValidationError as error:
+        raise InputError(describe_validation_error(source, error)) from None
+
+
+def _name_from(path: Path) -> str:
+    name = re.sub(r"[^A-Za-z0-9_.-]+", "_", path.stem)[:100].lstrip(".-")
+    return name or "requirement"

@@ -1,0 +1,1 @@
+"""One requirement times 44 configurations: running, sweeping, storing."""
