@@ -68,10 +68,12 @@ def describe_validation_error(path: Path | str, error: ValidationError) -> str:
     if context.get("key"):
         parts.append(str(context["key"]))
     key = " ".join(".".join(parts).split()) or "(whole file)"
-    shown = context["value"] if "value" in context else first["input"]
+    shown = context.get("value") if context.get("key") else first["input"]
+    has_value = first["type"] not in {"missing", "extra_forbidden"} and ("value" in context or not context.get("key"))
     is_table = isinstance(shown, Mapping) or hasattr(shown, "model_fields_set")
-    value = "" if first["type"] in {"missing", "extra_forbidden"} or is_table else f" = {_shortened(shown)}"
+    value = f" = {_shortened(shown)}" if has_value and not is_table else ""
     message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be", 1)
+    message = message.replace("Field required", "is required but missing", 1)
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
     return f"{path}: {_shortened_text(key)}{value}: {message}{more}"
 

@@ -1,21 +1,10 @@
 """What an engineer asks for: the requirement, its file, and the reference page of its keys."""
 
-from designer.requirement.model import (
-    Camera,
-    Envelope,
-    Fixed,
-    FixedMirror,
-    FixedView,
-    Goal,
-    Lens,
-    Manufacture,
-    Objective,
-    Requirement,
-    Solve,
-    WorkingVolume,
-    principal_distance,
-)
+from designer.requirement.camera import Camera, Lens, principal_distance
+from designer.requirement.fixed import Fixed, FixedMirror, FixedView
+from designer.requirement.model import Goal, Objective, Requirement, Solve
 from designer.requirement.reading import read_requirement, requirement_to_toml, set_key
+from designer.requirement.space import Envelope, Manufacture, WorkingVolume
 
 __all__ = [
     "Camera",

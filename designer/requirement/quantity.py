@@ -9,8 +9,10 @@ from typing import Any, Literal, NoReturn
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+_NO_VALUE = object()
 
-def refuse(allowed: str, key: str = "", value: object = None) -> NoReturn:
+
+def refuse(allowed: str, key: str = "", value: object = _NO_VALUE) -> NoReturn:
     """Refuse what was typed: say what is allowed, and below which key of the model at hand.
 
     Raises
@@ -18,7 +20,9 @@ def refuse(allowed: str, key: str = "", value: object = None) -> NoReturn:
     PydanticCustomError
         Always; :func:`designer.files.describe_validation_error` turns it into the one line that people read.
     """
-    context = {"allowed": allowed, "key": key} | ({"value": value} if key else {})
+    context: dict[str, object] = {"allowed": allowed, "key": key}
+    if value is not _NO_VALUE:
+        context["value"] = value
     raise PydanticCustomError("refused", "{allowed}", context)
 
 

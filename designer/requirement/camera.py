@@ -1,0 +1,162 @@
+"""The camera of a requirement: sensor, body, and one lens or a catalogue of lenses."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Self
+
+from pydantic import Discriminator, Field, StrictStr, Tag, model_validator
+
+from designer.requirement.part import METRES, NumberOrRange, Part, ends
+from designer.requirement.quantity import Quantity, refuse
+
+
+def principal_distance(focal_length_mm: float, focus_distance_mm: float) -> float:
+    """Distance of the image plane from the pinhole, mm: f0 u / (u - f0) for a lens f0 focused at u.
+
+    ``focus_distance_mm`` is measured from the entrance pupil and exceeds the focal length; infinity gives f0.
+    """
+    return focal_length_mm / (1.0 - focal_length_mm / focus_distance_mm)
+
+
+class Lens(Part):
+    """One lens, or a zoom or family of lenses between two focal lengths."""
+
+    name: Annotated[StrictStr, Field(default="", description="Maker and model, for the report.")]
+    focal_length_mm: Annotated[
+        NumberOrRange,
+        Quantity(0.2, 2000, "mm", if_smaller=METRES, shape="number or range"),
+        Field(description="Focal length engraved on the lens, or the range in which the optimiser may choose."),
+    ]
+    focus_distance_mm: Annotated[
+        float,
+        Quantity(0.3, 1e9, "mm", if_smaller=METRES, may_be_infinite=True),
+        Field(
+            default=math.inf,
+            description="Distance from the entrance pupil at which the lens is focused. The image plane then lies at "
+            "f u / (u - f). Default: inf, as in the paper; mirrors put virtual images near by, so give the true one.",
+        ),
+    ]
+    f_number: Annotated[
+        float,
+        Quantity(0.5, 128),
+        Field(description="Aperture the lens will be used at; sets the depth of field."),
+    ]
+    radius_mm: Annotated[
+        float,
+        Quantity(0.2, 1000, "mm", if_smaller=METRES),
+        Field(description="Outer radius (not diameter) of the barrel."),
+    ]
+    front_mm: Annotated[
+        float,
+        Quantity(0, 1000, "mm", if_smaller="the barrel's front lies above the entrance pupil"),
+        Field(
+            description="Height of the barrel's front rim above the entrance pupil: the depth of the pupil inside the "
+            "lens, typically some millimetres."
+        ),
+    ]
+    length_mm: Annotated[
+        float,
+        Quantity(0, 1000, "mm"),
+        Field(description="Length of the barrel from its front rim down to the camera body."),
+    ]
+
+    @property
+    def focal_lengths_mm(self) -> tuple[float, float]:
+        """Least and greatest focal length; equal for a fixed lens."""
+        return ends(self.focal_length_mm)
+
+    @property
+    def principal_distances_mm(self) -> tuple[float, float]:
+        """Least and greatest principal distance f0 u / (u - f0); equal for a fixed lens."""
+        low, high = self.focal_lengths_mm
+        return principal_distance(low, self.focus_distance_mm), principal_distance(high, self.focus_distance_mm)
+
+    @model_validator(mode="after")
+    def _can_be_built(self) -> Self:
+        shortest, longest = self.focal_lengths_mm
+        if self.focus_distance_mm <= 1.001 * longest:
+            refuse(
+                f"must be greater than the focal length ({longest:g} mm)", "focus_distance_mm", self.focus_distance_mm
+            )
+        pupil_radius = shortest / (2 * self.f_number)
+        if pupil_radius > self.radius_mm:
+            refuse(
+                f"must be at least the radius of the entrance pupil, focal_length_mm / (2 f_number) = "
+                f"{pupil_radius:.4g} mm",
+                "radius_mm",
+                self.radius_mm,
+            )
+        return self
+
+
+def _lens_form(value: Any) -> str:
+    """One table is one lens; an array of tables is a catalogue. The tags are dropped from messages."""
+    if isinstance(value, list | tuple) and value:
+        return "(catalogue)"
+    if not isinstance(value, dict | Lens):
+        refuse("must be a table [camera.lens], or a catalogue of at least one [[camera.lens]]")
+    return "(one)"
+
+
+class Camera(Part):
+    """Sensor, body and lens."""
+
+    name: Annotated[StrictStr, Field(default="", description="Maker and model, for the report.")]
+    width_px: Annotated[int, Quantity(16, 100_000, "pixels", whole=True), Field(description="Image width.")]
+    height_px: Annotated[int, Quantity(16, 100_000, "pixels", whole=True), Field(description="Image height.")]
+    pixel_pitch_mm: Annotated[
+        float,
+        Quantity(0.0003, 0.1, "mm", if_smaller=METRES, if_larger="is that micrometres? 4.4 um is 0.0044"),
+        Field(description="Distance between neighbouring pixel centres; pixels are square."),
+    ]
+    image_circle_radius_px: Annotated[
+        float,
+        Quantity(4, 100_000, "pixels"),
+        Field(
+            default_factory=lambda data: min(data.get("width_px", 0), data.get("height_px", 0)) / 2,
+            description="Radius of the usable image round its centre. Default: half the smaller image side, so that "
+            "every azimuth is seen whole. At most half the diagonal.",
+        ),
+    ]
+    body_radius_mm: Annotated[
+        float,
+        Quantity(0.5, 1e4, "mm", if_smaller=METRES),
+        Field(description="Radius of the cylinder round the optical axis that holds the camera body below the lens."),
+    ]
+    nearest_mirror_mm: Annotated[
+        float,
+        Quantity(0, 1e4, "mm"),
+        Field(
+            default=25.0,
+            description="Least axial distance from the entrance pupil to the first mirror of each path. Without it "
+            "optima hug the lens, where nothing can be focused. Default: 25, about what a small lens reaches with a "
+            "thin spacer.",
+        ),
+    ]
+    lens: Annotated[
+        Annotated[Lens, Tag("(one)")] | Annotated[tuple[Lens, ...], Tag("(catalogue)")],
+        Discriminator(_lens_form),
+        Field(description="The lens, as a table [camera.lens]; or a catalogue to choose from, each [[camera.lens]]."),
+    ]
+
+    @property
+    def lenses(self) -> tuple[Lens, ...]:
+        """The lenses to choose from; one, unless a catalogue was given."""
+        return self.lens if isinstance(self.lens, tuple) else (self.lens,)
+
+    @property
+    def image_radius_mm(self) -> float:
+        """Radius of the usable image circle on the sensor."""
+        return self.image_circle_radius_px * self.pixel_pitch_mm
+
+    @model_validator(mode="after")
+    def _image_lies_on_the_sensor(self) -> Self:
+        half_diagonal = math.hypot(self.width_px, self.height_px) / 2
+        if self.image_circle_radius_px > half_diagonal:
+            refuse(
+                f"must be at most half the sensor's diagonal ({half_diagonal:.4g} px)",
+                "image_circle_radius_px",
+                self.image_circle_radius_px,
+            )
+        return self
