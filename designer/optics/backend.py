@@ -25,6 +25,11 @@ def sqrt(value: Scalar) -> Scalar:
     return _casadi().sqrt(value) if is_symbolic(value) else np.sqrt(value)
 
 
+def exp(value: Scalar) -> Scalar:
+    """Exponential function."""
+    return _casadi().exp(value) if is_symbolic(value) else np.exp(value)
+
+
 def tan(value: Scalar) -> Scalar:
     """Tangent of an angle in radians."""
     return _casadi().tan(value) if is_symbolic(value) else np.tan(value)
@@ -33,6 +38,16 @@ def tan(value: Scalar) -> Scalar:
 def arctan(value: Scalar) -> Scalar:
     """Angle in radians, between -pi/2 and pi/2, whose tangent is given."""
     return _casadi().atan(value) if is_symbolic(value) else np.arctan(value)
+
+
+def absolute(value: Scalar) -> Scalar:
+    """Absolute value."""
+    return _casadi().fabs(value) if is_symbolic(value) else np.abs(value)
+
+
+def degrees(radians: Scalar) -> Scalar:
+    """Radians as degrees."""
+    return radians * (180.0 / np.pi)
 
 
 def maximum(first: Scalar, second: Scalar) -> Scalar:
@@ -53,10 +68,10 @@ def where(condition: Scalar, if_true: Scalar, if_false: Scalar) -> Scalar:
 
 
 def stack(values: Sequence[Scalar]) -> Scalar:
-    """Stack scalars or equally broadcastable arrays into rows: a column vector for symbols."""
+    """Stack floats or arrays of shape (n,) into rows of shape (rows, n or 1); symbols into a column vector."""
     if is_symbolic(*values):
         return _casadi().vertcat(*values)
-    return np.stack(np.broadcast_arrays(*values))
+    return np.stack(np.broadcast_arrays(*(np.atleast_1d(value) for value in values)))
 
 
 def take(rows: Scalar, indices: Sequence[int]) -> Scalar:

@@ -3,11 +3,12 @@
 With the gain kappa = (1 - q) / (1 + q) of the design notes and v the distance from focus A to the vertex, the
 inverse gain mu = 1 / kappa describes every mirror without a 0/0:
 
-    R = 2 v t / (1 - mu t^2),   axial distance from A = v (1 - t^2) / (1 - mu t^2),   t = tan(angle at A / 2)
+    R = 2 v t / (1 - mu t^2),   z = z_A + v (1 - t^2) / (1 - mu t^2),   t = tan(angle at A from +z / 2)
 
 mu = 1 is a plane, mu > 1 a convex hyperboloid, 0 < mu < 1 a concave one, mu = 0 a paraboloid (second focus at
 infinity) and mu < 0 an ellipsoid; -1 < mu < 0 is the ellipsoid whose second focus lies behind focus A (c < 0).
-Seen from focus B the same formulas hold with v kappa in place of v and kappa in place of mu.
+Seen from focus B the same formulas hold with kappa in place of mu, which is how a primary is written: from the
+effective viewpoint, so that a second focus at infinity does no harm.
 
 All functions take floats, NumPy arrays or CasADi symbols; lengths in mm.
 """
@@ -42,10 +43,9 @@ class Surface:
 
 @dataclass(frozen=True, slots=True)
 class FocalConic:
-    """A mirror by one focus: ``direction`` is +1 if it faces down (direct, secondary), -1 if up (primary)."""
+    """A mirror by one focus, the signed distance from it up to the vertex, and the inverse gain from there."""
 
     focus_height: Scalar
-    direction: int
     vertex_distance: Scalar
     inverse_gain: Scalar
 
@@ -53,21 +53,21 @@ class FocalConic:
     def surface(self) -> Surface:
         """The mirror by vertex, curvature and (1 + K) c^2."""
         return Surface(
-            vertex_height=self.focus_height + self.direction * self.vertex_distance,
-            curvature=self.direction * (self.inverse_gain - 1.0) / (2.0 * self.vertex_distance),
+            vertex_height=self.focus_height + self.vertex_distance,
+            curvature=(self.inverse_gain - 1.0) / (2.0 * self.vertex_distance),
             conic_term=-self.inverse_gain / (self.vertex_distance * self.vertex_distance),
         )
 
     @property
     def other_focus_height(self) -> Scalar:
         """Height of the second focus; infinite for a paraboloid."""
-        return self.focus_height + self.direction * self.vertex_distance * (1.0 + 1.0 / self.inverse_gain)
+        return self.focus_height + self.vertex_distance * (1.0 + 1.0 / self.inverse_gain)
 
     def point(self, half_tangent: Scalar) -> tuple[Scalar, Scalar]:
         """(R, z) where the ray at half-angle tangent t from this focus meets the mirror; R carries t's sign."""
         squared = half_tangent * half_tangent
         scale = self.vertex_distance / (1.0 - self.inverse_gain * squared)
-        return 2.0 * scale * half_tangent, self.focus_height + self.direction * scale * (1.0 - squared)
+        return 2.0 * scale * half_tangent, self.focus_height + scale * (1.0 - squared)
 
 
 def conic_constant(inverse_gain: Scalar) -> Scalar:

@@ -41,11 +41,13 @@ class Surroundings:
 class Reflection:
     """One mirror on a view's path.
 
-    ``half_tangents`` belong to the zone's two ends at the conic's focus; ``crossing_height`` is where the light then
-    crosses the axis, None if it does not.
+    ``direction`` is +1 if the mirror faces down (direct, secondary), -1 if up (primary). ``half_tangents`` belong to
+    the zone's two ends at the conic's focus; ``crossing_height`` is where the light then crosses the axis, None if
+    it does not.
     """
 
     mirror: str
+    direction: int
     conic: FocalConic
     half_tangents: tuple[Scalar, Scalar]
     crossing_height: Scalar | None
@@ -183,7 +185,7 @@ def _place_mirror(reflection: Reflection, side: int, surroundings: Surroundings)
     used = tuple(side * reflection.conic.point(tangent)[0] for tangent in reflection.half_tangents)
     return PlacedMirror(
         name=reflection.mirror,
-        direction=reflection.conic.direction,
+        direction=reflection.direction,
         surface=reflection.conic.surface,
         used_radii=(used[0], used[1]),
         inner_radius=maximum(used[0] - surroundings.edge_margin, 0.0),

@@ -1,0 +1,1 @@
+"""Choosing the conic parameters of a configuration: variants, the program, its starts and its solution."""

@@ -1,0 +1,115 @@
+"""The box that a variant's variables live in, scaled to 0..1 for the solver."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import product
+
+from designer.optics.backend import Scalar, exp, tan
+from designer.optics.view import elevation_tangents_of_views, half_angle_tangent, image_half_tangent
+from designer.optimise.assembly import VARIABLES
+from designer.optimise.rules import Rules
+from designer.optimise.variants import Variant
+
+# A gain below this share of the largest one a zone can hold wastes the image; above it, the zone overflows.
+SMALLEST_GAIN_SHARE = 0.1
+LARGEST_GAIN_SHARE = 1.02
+
+
+@dataclass(frozen=True, slots=True)
+class Ranges:
+    """What the requirement leaves free, mm."""
+
+    baseline: tuple[float, float]
+    principal_distance: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """Range of one variable; on a logarithmic scale the signs of both ends agree."""
+
+    low: float
+    high: float
+    logarithmic: bool = False
+
+    @property
+    def scaled_ends(self) -> tuple[float, float]:
+        """The ends on the scale on which the variable is linear in 0..1."""
+        if self.logarithmic:
+            return math.log(abs(self.low)), math.log(abs(self.high))
+        return self.low, self.high
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether there is nothing to choose."""
+        return self.low == self.high
+
+
+Box = dict[str, Interval]
+
+
+def box_of(variant: Variant, rules: Rules, ranges: Ranges) -> Box:
+    """The range of every variable of a variant: generous, so that constraints decide and not the box."""
+    height, front = rules.envelope_height, rules.lens_front
+    if variant.fold is None:
+        inverse_gain = Interval(1.0, 1.0)
+    else:
+        inverse_low, inverse_high = variant.fold.inverse_gains
+        wide = max(abs(inverse_low), abs(inverse_high)) > 1.0
+        inverse_gain = Interval(inverse_low, inverse_high, logarithmic=wide)
+    box = {
+        "baseline": Interval(*ranges.baseline),
+        "principal_distance": Interval(*ranges.principal_distance),
+        "lower_viewpoint": Interval(front - 2.0 * height, front + 2.5 * height),
+        "secondary_height": Interval(max(0.5 * rules.nearest_mirror, 1.0), front + 1.2 * height),
+        "secondary_inverse_gain": inverse_gain,
+        "top": Interval(front, front + 3.0 * height),
+        "bottom": Interval(front - 3.0 * height, front),
+        "radius": Interval(0.0, 2.0 * rules.envelope_diameter),
+    }
+    largest = _largest_gains(variant, rules, ranges)
+    for view in ("lower", "upper"):
+        low, high = largest[view]
+        sign = variant.gain_sign(view)
+        box[f"{view}_gain"] = Interval(sign * SMALLEST_GAIN_SHARE * low, sign * LARGEST_GAIN_SHARE * high, True)
+    return {name: box[name] for name in VARIABLES}
+
+
+def physical(variant: Variant, name: str, scaled: Scalar, low: Scalar, high: Scalar, logarithmic: bool) -> Scalar:
+    """The value of a variable at ``scaled`` in 0..1 between its scaled ends."""
+    value = low + scaled * (high - low)
+    return _sign(variant, name) * exp(value) if logarithmic else value
+
+
+def _sign(variant: Variant, name: str) -> float:
+    if name.endswith("_gain") and name != "secondary_inverse_gain":
+        return float(variant.gain_sign(name.removesuffix("_gain")))
+    if name == "secondary_inverse_gain" and variant.fold is not None:
+        return math.copysign(1.0, variant.fold.inverse_gains[0])
+    return 1.0
+
+
+def _largest_gains(variant: Variant, rules: Rules, ranges: Ranges) -> dict[str, tuple[float, float]]:
+    """Least and greatest limiting |gain| of each view over the allowed baselines and principal distances."""
+    limits = [
+        limits_at(variant, rules, baseline, distance)
+        for baseline, distance in product(ranges.baseline, ranges.principal_distance)
+    ]
+    return {view: (min(limit[view] for limit in limits), max(limit[view] for limit in limits)) for view in limits[0]}
+
+
+def limits_at(variant: Variant, rules: Rules, baseline: Scalar, principal_distance: Scalar) -> dict[str, Scalar]:
+    """The closed-form largest |gain| of each view at one baseline and principal distance."""
+    upper, lower = elevation_tangents_of_views(
+        (tan(rules.elevation_low), tan(rules.elevation_high)), (rules.distance_near, rules.distance_far), baseline
+    )
+    tangents = {}
+    for view, slopes in (("upper", upper), ("lower", lower)):
+        sense = variant.sense(view)
+        ends = [half_angle_tangent(slope, sense) for slope in slopes]
+        tangents[view] = (ends[0], ends[1]) if sense == "direct" else (ends[1], ends[0])
+    outer, inner = ("upper", "lower") if variant.configuration.topology == "upper_outer" else ("lower", "upper")
+    outer_gain = image_half_tangent(rules.image_radius, principal_distance) / tangents[outer][1]
+    inner_gain = outer_gain * tangents[outer][0] / tangents[inner][1]
+    return {outer: outer_gain, inner: inner_gain}

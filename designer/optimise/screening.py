@@ -1,0 +1,162 @@
+"""Starting points: many random designs of a variant, evaluated at once, of which the most promising are kept."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from designer.optics.clearance import Pairs, pair_up, separations
+from designer.optimise.assembly import VARIABLES, Assembly, assemble, enclosing
+from designer.optimise.box import Box, limits_at, physical
+from designer.optimise.rules import Rules
+from designer.optimise.variants import Variant
+
+Array = NDArray[np.float64]
+
+# Random designs screened for every start that is kept, and how many of them have all their clearances looked at.
+DESIGNS_PER_START = 384
+CLEARANCES_PER_START = 12
+# Starts nearer to each other than this, as a share of the unit box, lead to the same place.
+LEAST_DISTANCE = 0.12
+# A gain is drawn between this share of the largest possible and all of it: the objective wants it large.
+GAIN_SHARE_DRAWN = 0.55
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One variant of a configuration under one requirement and lens: all that the optimiser needs to know."""
+
+    variant: Variant
+    rules: Rules
+    box: Box
+    fixed: tuple[tuple[str, float], ...]
+
+    @property
+    def fixed_values(self) -> Mapping[str, float]:
+        """Fixed parameters by name."""
+        return dict(self.fixed)
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """Independent evaluation of designs in NumPy; arrays of shape (..., n) for n designs.
+
+    ``violations`` are scaled amounts by which constraints fail (zero if kept), in the order of ``names``;
+    ``leg_directions`` and ``solid_directions`` index the direction that keeps each pair farthest apart.
+    """
+
+    assembly: Assembly
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    amounts: Array
+    violations: Array
+    leg_directions: NDArray[np.intp]
+    solid_directions: NDArray[np.intp]
+    clearances: Array
+
+
+def physical_values(problem: Problem, scaled: Array) -> dict[str, Array]:
+    """Physical variables of designs in the unit box; ``scaled`` has shape (variables, ...)."""
+    values = {}
+    for name, row in zip(VARIABLES, scaled, strict=True):
+        interval = problem.box[name]
+        low, high = interval.scaled_ends
+        values[name] = np.asarray(physical(problem.variant, name, row, low, high, interval.logarithmic))
+    return values
+
+
+def scaled_values(problem: Problem, values: Mapping[str, Array]) -> Array:
+    """Inverse of :func:`physical_values`; a variable whose range is a point is 0."""
+    rows = []
+    for name in VARIABLES:
+        interval = problem.box[name]
+        low, high = interval.scaled_ends
+        value = np.asarray(values[name], dtype=float)
+        on_scale = np.log(np.abs(value)) if interval.logarithmic else value
+        rows.append(np.zeros_like(on_scale) if high == low else (on_scale - low) / (high - low))
+    return np.stack(np.broadcast_arrays(*rows))
+
+
+def assemble_enclosed(problem: Problem, values: dict[str, Array]) -> tuple[dict[str, Array], Assembly]:
+    """Set top, bottom and radius to what the mirrors need, and put the designs together."""
+    layout = assemble(problem.variant, values, problem.rules, {}).layout
+    enclosed = values | enclosing(layout, np.asarray(problem.rules.lens_front))
+    return enclosed, assemble(problem.variant, enclosed, problem.rules, problem.fixed_values)
+
+
+def check(problem: Problem, assembly: Assembly, pairs: Pairs | None = None) -> Check:
+    """Evaluate every constraint and every clearance of designs, none left to the solver's word."""
+    pairs = pairs or pair_up(assembly.layout)
+    light, bodies = separations(assembly.layout, pairs)
+    clearances = np.concatenate([light.max(axis=0), bodies.max(axis=0)])
+    scalar = constraint_violations(assembly)
+    spare = clearances - problem.rules.clearance
+    shape = np.broadcast_shapes(scalar.shape[1:], spare.shape[1:])
+    violations = np.concatenate(
+        [np.broadcast_to(scalar, (len(scalar), *shape)), np.broadcast_to(np.maximum(-spare, 0.0), (len(spare), *shape))]
+    )
+    amounts = [np.broadcast_to(np.asarray(item.value, dtype=float), shape) for item in assembly.constraints]
+    return Check(
+        assembly,
+        tuple(item.name for item in assembly.constraints) + pairs.names,
+        tuple(item.unit for item in assembly.constraints) + ("mm",) * len(pairs.names),
+        np.concatenate([np.stack(amounts), np.broadcast_to(spare, (len(spare), *shape))]),
+        np.where(np.isfinite(violations), violations, np.inf),
+        light.argmax(axis=0),
+        bodies.argmax(axis=0),
+        clearances,
+    )
+
+
+def constraint_violations(assembly: Assembly) -> Array:
+    """Scaled violation of every constraint but the clearances, shape (constraints, ...)."""
+    rows = []
+    for constraint in assembly.constraints:
+        value = np.asarray(constraint.value, dtype=float) / constraint.scale
+        violation = np.abs(value) if constraint.equality else np.maximum(-value, 0.0)
+        rows.append(np.where(np.isfinite(violation), violation, np.inf))
+    return np.stack(np.broadcast_arrays(*rows))
+
+
+def draw(problem: Problem, count: int, random: np.random.Generator) -> dict[str, Array]:
+    """Random designs: free variables uniform in the box, gains near the largest that the image zones can hold."""
+    scaled = random.random((len(VARIABLES), count))
+    values = physical_values(problem, scaled)
+    limits = limits_at(problem.variant, problem.rules, values["baseline"], values["principal_distance"])
+    outer = "upper" if problem.variant.configuration.topology == "upper_outer" else "lower"
+    inner = "lower" if outer == "upper" else "upper"
+    outer_share = GAIN_SHARE_DRAWN + (1.0 - GAIN_SHARE_DRAWN) * np.sqrt(random.random(count))
+    inner_share = outer_share * (GAIN_SHARE_DRAWN + (1.0 - GAIN_SHARE_DRAWN) * np.sqrt(random.random(count)))
+    for view, share in ((outer, outer_share), (inner, inner_share)):
+        values[f"{view}_gain"] = problem.variant.gain_sign(view) * share * limits[view]
+    return values
+
+
+def screen(problem: Problem, starts: int, random: np.random.Generator) -> Array:
+    """The most promising of many random designs, apart from one another: shape (variables, kept)."""
+    with np.errstate(all="ignore"):
+        values = draw(problem, DESIGNS_PER_START * starts, random)
+        values, assembly = assemble_enclosed(problem, values)
+        merit = constraint_violations(assembly).max(axis=0)
+        kept = np.argsort(merit, kind="stable")[: CLEARANCES_PER_START * starts]
+        values = {name: np.broadcast_to(value, merit.shape)[kept] for name, value in values.items()}
+        values, assembly = assemble_enclosed(problem, values)
+        violation = check(problem, assembly).violations.max(axis=0)
+        order = np.argsort(violation, kind="stable")
+    return _apart(scaled_values(problem, values)[:, order], starts)
+
+
+def _apart(scaled: Array, count: int) -> Array:
+    """The first designs, in order, that keep the least distance from those before; fewer if there are none."""
+    placed = np.array([name not in {"top", "bottom", "radius"} for name in VARIABLES])
+    chosen: list[int] = []
+    for index in range(scaled.shape[1]):
+        distances = [np.linalg.norm(scaled[placed, index] - scaled[placed, other]) for other in chosen]
+        if np.all(np.isfinite(scaled[:, index])) and all(distance > LEAST_DISTANCE for distance in distances):
+            chosen.append(index)
+        if len(chosen) == count:
+            break
+    return scaled[:, chosen]

@@ -1,0 +1,146 @@
+"""The variants of a configuration: which sheet of a conic, which sign of gain, and what no sheet can see.
+
+A variant fixes every sign, so that within one variant the geometry is smooth. What remains discrete (which side of a
+rim the light passes, whether the primary sits ahead of the lens) is found by the starts, not enumerated here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from designer.configurations import Configuration, MirrorKind
+from designer.optics.view import Sense
+
+# A hyperboloid or ellipsoid counts as one only while its inverse eccentricity stays away from 0 (a plane, or a sphere
+# about both foci) and from 1 (a paraboloid): beyond these a shop could not tell it from the neighbouring kind.
+FLATTEST = 0.05
+MOST_PARABOLIC = 0.98
+
+
+def gain_of(inverse_eccentricity: float) -> float:
+    """The gain kappa = (1 - q) / (1 + q) of a mirror."""
+    return (1.0 - inverse_eccentricity) / (1.0 + inverse_eccentricity)
+
+
+CONVEX_HYPERBOLOID_GAINS = (gain_of(MOST_PARABOLIC), gain_of(FLATTEST))
+ELLIPSOID_GAINS = (gain_of(1.0 / FLATTEST), gain_of(1.0 / MOST_PARABOLIC))
+
+
+@dataclass(frozen=True, slots=True)
+class Fold:
+    """How a folding pair is built: the signs that make it smooth.
+
+    Attributes
+    ----------
+    label
+        What distinguishes it, in words; empty if the configuration has no choice.
+    gain_sign
+        Sign of the pair's gain kappa.
+    inverse_gains
+        Range of the secondary's 1/kappa; both ends equal if fixed (plane 1, paraboloid 0).
+    primary_gains
+        Range of the primary's kappa; None if the pair's gain alone decides (a paraboloid's is 0).
+    primary_side
+        Sign of R where the light meets the primary: -1 if it then crosses the axis at the viewpoint.
+    primary_is_plane
+        The primary's kappa is 1, so the secondary alone has the pair's gain.
+    """
+
+    label: str
+    gain_sign: int
+    inverse_gains: tuple[float, float]
+    primary_gains: tuple[float, float] | None
+    primary_side: int
+    primary_is_plane: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """One smooth family of designs of a configuration.
+
+    ``direct_gain_signs`` holds the sign of kappa for each direct mirror (+1 hyperboloid, -1 ellipsoid); ``fold`` is
+    None for direct configurations.
+    """
+
+    configuration: Configuration
+    direct_gain_signs: tuple[tuple[str, int], ...]
+    fold: Fold | None
+
+    @property
+    def label(self) -> str:
+        """What distinguishes this variant among those of its configuration, in words."""
+        return self.fold.label if self.fold else ""
+
+    def sense(self, view: str) -> Sense:
+        """The sense of a view: only the lower view of a folded configuration is folded."""
+        return "folded" if self.fold and view == "lower" else "direct"
+
+    def gain_sign(self, view: str) -> int:
+        """Sign of the view's gain."""
+        if self.fold and view == "lower":
+            return self.fold.gain_sign
+        return dict(self.direct_gain_signs)[self.last_mirror(view)]
+
+    def last_mirror(self, view: str) -> str:
+        """The mirror that sends the view's light out into the world."""
+        if self.fold is None:
+            return view
+        return "primary" if view == "lower" else "direct"
+
+    def crosses_at_viewpoint(self, view: str) -> bool:
+        """Whether the light crosses the axis at the viewpoint, so that the mirror's own wall hides the horizon."""
+        if self.fold and view == "lower":
+            return self.fold.primary_side < 0
+        return self.gain_sign(view) < 0
+
+
+def enumerate_variants(configuration: Configuration) -> tuple[Variant, ...]:
+    """The variants of a configuration, in a fixed order."""
+    kinds = configuration.mirror_kinds
+    signs = tuple(
+        (name, 1 if kind is MirrorKind.HYPERBOLOID else -1)
+        for name, kind in kinds.items()
+        if name in {"lower", "upper", "direct"}
+    )
+    if configuration.family == "direct":
+        return (Variant(configuration, signs, None),)
+    return tuple(Variant(configuration, signs, fold) for fold in _folds(kinds["primary"], kinds["secondary"]))
+
+
+def _folds(primary: MirrorKind, secondary: MirrorKind) -> tuple[Fold, ...]:
+    if primary is MirrorKind.PARABOLOID:
+        return (
+            Fold("convex primary", 1, (0.0, 0.0), None, 1),
+            Fold("concave primary", -1, (0.0, 0.0), None, -1),
+        )
+    folds = [
+        _pair(primary, label, sign, inverse_gains) for label, sign, inverse_gains in _secondary_branches(secondary)
+    ]
+    if primary is secondary is MirrorKind.ELLIPSOID:
+        # The pair that shares a focus below the primary, which the light never reaches (c < 0 for both).
+        inverse = (gain_of(MOST_PARABOLIC), gain_of(FLATTEST))
+        ellipsoids = Fold("convex primary, shared focus below", 1, (-inverse[1], -inverse[0]), ELLIPSOID_GAINS, 1)
+        folds.append(ellipsoids)
+    return tuple(fold for fold in folds if fold is not None)
+
+
+def _secondary_branches(kind: MirrorKind) -> tuple[tuple[str, int, tuple[float, float]], ...]:
+    """(label, sign of kappa, range of 1/kappa) of each branch of a secondary with its second focus above."""
+    convex = (1.0 / CONVEX_HYPERBOLOID_GAINS[1], 1.0 / CONVEX_HYPERBOLOID_GAINS[0])
+    if kind is MirrorKind.PLANE:
+        return (("", 1, (1.0, 1.0)),)
+    if kind is MirrorKind.HYPERBOLOID:
+        return ("convex secondary", 1, convex), ("concave secondary", 1, CONVEX_HYPERBOLOID_GAINS)
+    return (("", -1, (1.0 / ELLIPSOID_GAINS[1], 1.0 / ELLIPSOID_GAINS[0])),)
+
+
+def _pair(primary: MirrorKind, label: str, sign: int, inverse_gains: tuple[float, float]) -> Fold | None:
+    if primary is MirrorKind.PLANE:
+        if max(inverse_gains) <= 1.0 and sign > 0:
+            # A concave secondary with a plane primary magnifies (kappa > 1): the image would turn past 90 degrees.
+            return None
+        return Fold("", sign, inverse_gains, None, 1, primary_is_plane=True)
+    if primary is MirrorKind.HYPERBOLOID:
+        return Fold(label, sign, inverse_gains, CONVEX_HYPERBOLOID_GAINS, 1)
+    crossing = "concave primary, shared focus above" if sign < 0 else label
+    return Fold(crossing, -sign, inverse_gains, ELLIPSOID_GAINS, -1)
