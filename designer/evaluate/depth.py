@@ -18,11 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from designer.design import Design
 from designer.optics.backend import Scalar, sqrt, tan
 from designer.optics.view import (
     Sense,
     elevation_tangent,
-    half_angle_tangent,
     image_half_tangent,
     image_radius,
     image_radius_slope,
@@ -50,12 +50,37 @@ class StereoPair:
 
 @dataclass(frozen=True, slots=True)
 class Volume:
-    """A working volume: elevations (low, high) in radians seen from the middle of the baseline, and horizontal
-    distances (near, far) from the axis in mm.
+    """A working volume: elevations (rad) seen from the middle of the baseline, horizontal distances (mm) from the axis.
+
+    Both as (low, high).
     """
 
     elevations: tuple[Scalar, Scalar]
     distances: tuple[Scalar, Scalar]
+
+
+def stereo_pair_of(design: Design) -> StereoPair:
+    """The stereo pair of a finished design."""
+    lower, upper = design.views.lower, design.views.upper
+    return StereoPair(
+        gain_lower=lower.gain,
+        sense_lower=lower.sense,
+        gain_upper=upper.gain,
+        sense_upper=upper.sense,
+        baseline=design.baseline_mm,
+        principal_distance=design.camera.focal_length_mm,
+    )
+
+
+def volume_of(design: Design) -> Volume:
+    """The working volume that a design was made for."""
+    low_deg, high_deg = design.working_volume.elevation_deg
+    return Volume((float(np.radians(low_deg)), float(np.radians(high_deg))), design.working_volume.distance_mm)
+
+
+def noise_mm_of(design: Design) -> float:
+    """The design's pixel noise as a length on the sensor."""
+    return design.noise_px * design.camera.pixel_pitch_mm
 
 
 def slope_error(slope: Scalar, gain: Scalar, sense: Sense, principal_distance: Scalar, noise_mm: Scalar) -> Scalar:
@@ -246,4 +271,5 @@ def _slope_one_pixel_on(
 
 def _distance_at(slope_lower: Scalar, slope_upper: Scalar, baseline: Scalar) -> NDArray[np.float64]:
     disparity = np.asarray(slope_lower - slope_upper, dtype=float)
-    return np.divide(baseline, disparity, out=np.full(disparity.shape, np.inf), where=disparity > 0)
+    apart = disparity > 0
+    return np.where(apart, baseline / np.where(apart, disparity, 1.0), np.inf)

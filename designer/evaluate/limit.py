@@ -1,0 +1,164 @@
+"""The least depth error that any conic mirrors can reach (design notes, section 5).
+
+Larger gains lower the error of both views, and only the image bounds them: the outer zone ends at the edge of the
+image circle, the inner zone where the outer one begins, less the gap between them. So the best gains for a given
+baseline, principal distance, camera and volume follow without any optimisation. Margins, clearances and the camera's
+own image in the inner view are left out: what they cost shows in the ratio of a design's score to its limit.
+Lengths in mm, angles in radians; everything but :func:`least_limit_over` broadcasts over arrays and takes symbols.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from designer.configurations import Family, Topology
+from designer.evaluate.depth import StereoPair, Volume, depth_error_rms
+from designer.optics.backend import Scalar, tan
+from designer.optics.view import Sense, elevation_tangents_of_views, half_angle_tangent, image_half_tangent
+
+ViewName = Literal["upper", "lower"]
+
+
+@dataclass(frozen=True, slots=True)
+class Arrangement:
+    """What a family and a topology fix: the sense of each view, and which of them takes the outer zone."""
+
+    sense_lower: Sense
+    sense_upper: Sense
+    outer_view: ViewName
+
+
+@dataclass(frozen=True, slots=True)
+class ImageBounds:
+    """What bounds the gains: the radius of the usable image and the gap asked between the zones, mm on the sensor."""
+
+    image_radius_mm: Scalar
+    zone_gap_mm: Scalar = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class LeastLimit:
+    """The least limit over a range of baselines and principal distances, and where it lies (mm)."""
+
+    depth_error_rms: float
+    baseline: float
+    principal_distance: float
+
+
+def arrangement_of(family: Family, topology: Topology) -> Arrangement:
+    """The arrangement of a configuration: only the lower view of the folded family has folded sense."""
+    return Arrangement(
+        sense_lower="direct" if family == "direct" else "folded",
+        sense_upper="direct",
+        outer_view="upper" if topology == "upper_outer" else "lower",
+    )
+
+
+def limit_gains(
+    arrangement: Arrangement, volume: Volume, baseline: Scalar, principal_distance: Scalar, bounds: ImageBounds
+) -> tuple[Scalar, Scalar]:
+    """The largest gains, as absolute values, of the lower and of the upper view.
+
+    The inner one is zero or negative where the outer zone and the gap leave no room.
+    """
+    low, high = volume.elevations
+    ranges = elevation_tangents_of_views((tan(low), tan(high)), volume.distances, baseline)
+    upper = _half_tangent_range(ranges[0], arrangement.sense_upper)
+    lower = _half_tangent_range(ranges[1], arrangement.sense_lower)
+    outer, inner = (upper, lower) if arrangement.outer_view == "upper" else (lower, upper)
+    gain_outer = image_half_tangent(bounds.image_radius_mm, principal_distance) / outer[1]
+    outer_begins = gain_outer * outer[0]
+    outer_begins_mm = 2.0 * principal_distance * outer_begins / (1.0 - outer_begins * outer_begins)
+    gain_inner = image_half_tangent(outer_begins_mm - bounds.zone_gap_mm, principal_distance) / inner[1]
+    return (gain_inner, gain_outer) if arrangement.outer_view == "upper" else (gain_outer, gain_inner)
+
+
+def depth_error_limit(
+    arrangement: Arrangement,
+    volume: Volume,
+    baseline: Scalar,
+    principal_distance: Scalar,
+    bounds: ImageBounds,
+    noise_mm: Scalar,
+) -> Scalar:
+    """The score (RMS of sigma_D / D) at the largest gains: a bound that no mirrors of this arrangement can beat.
+
+    Meaningless where :func:`limit_gains` gives no positive inner gain.
+    """
+    gain_lower, gain_upper = limit_gains(arrangement, volume, baseline, principal_distance, bounds)
+    pair = StereoPair(
+        gain_lower, arrangement.sense_lower, gain_upper, arrangement.sense_upper, baseline, principal_distance
+    )
+    return depth_error_rms(pair, volume, noise_mm)
+
+
+def least_limit_over(
+    arrangement: Arrangement,
+    volume: Volume,
+    baselines: tuple[float, float],
+    principal_distances: tuple[float, float],
+    bounds: ImageBounds,
+    noise_mm: float,
+) -> LeastLimit:
+    """The least limit over ranges of baseline and principal distance; either range may be a single value.
+
+    A grid is laid over the ranges and drawn in around its best node until the step is lost in rounding.
+
+    Raises
+    ------
+    ValueError
+        Nowhere in the ranges is there room for the inner zone.
+    """
+    ranges = (baselines, principal_distances)
+    spans = [high - low for low, high in ranges]
+    best = LeastLimit(np.inf, baselines[0], principal_distances[0])
+    for _ in range(_DRAWINGS_IN):
+        grid = np.meshgrid(*(np.linspace(low, high, _GRID_NODES if high > low else 1) for low, high in ranges))
+        baseline, principal_distance = (axis.ravel() for axis in grid)
+        scores = _limit_or_infinity(arrangement, volume, baseline, principal_distance, bounds, noise_mm)
+        index = int(np.argmin(scores))
+        if scores[index] < best.depth_error_rms:
+            best = LeastLimit(float(scores[index]), float(baseline[index]), float(principal_distance[index]))
+        spans = [span * 2.0 / (_GRID_NODES - 1) for span in spans]
+        ranges = (
+            _clipped(best.baseline, spans[0], baselines),
+            _clipped(best.principal_distance, spans[1], principal_distances),
+        )
+    if not np.isfinite(best.depth_error_rms):
+        raise ValueError("the outer zone and the gap leave no room for the inner zone")
+    return best
+
+
+_GRID_NODES = 33
+_DRAWINGS_IN = 7
+
+
+def _half_tangent_range(slopes: tuple[Scalar, Scalar], sense: Sense) -> tuple[Scalar, Scalar]:
+    """Smallest and largest half-angle tangent over a range of slopes; it falls with the slope in a folded view."""
+    ends = [half_angle_tangent(slope, sense) for slope in slopes]
+    return (ends[0], ends[1]) if sense == "direct" else (ends[1], ends[0])
+
+
+def _limit_or_infinity(
+    arrangement: Arrangement,
+    volume: Volume,
+    baseline: NDArray[np.float64],
+    principal_distance: NDArray[np.float64],
+    bounds: ImageBounds,
+    noise_mm: float,
+) -> NDArray[np.float64]:
+    """The limit at each node, infinite where the inner zone has no room."""
+    gains = limit_gains(arrangement, volume, baseline, principal_distance, bounds)
+    has_room = np.minimum(gains[0], gains[1]) > 0
+    # Where there is no room any positive gain will do: its score is thrown away.
+    lower, upper = (np.where(has_room, gain, 1.0) for gain in gains)
+    pair = StereoPair(lower, arrangement.sense_lower, upper, arrangement.sense_upper, baseline, principal_distance)
+    return np.where(has_room, depth_error_rms(pair, volume, noise_mm), np.inf)
+
+
+def _clipped(centre: float, span: float, allowed: tuple[float, float]) -> tuple[float, float]:
+    return max(centre - span / 2.0, allowed[0]), min(centre + span / 2.0, allowed[1])

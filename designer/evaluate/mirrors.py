@@ -1,0 +1,170 @@
+"""What a shop needs to know about each mirror, and how large the finished head is.
+
+Lengths in mm, angles in degrees, mass in grams.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from designer.design import Design, Mirror
+from designer.optics.conic import Surface
+from designer.optics.conversions import (
+    BakerNayarForm,
+    EccentricityForm,
+    FocalForm,
+    SecondFocus,
+    SemiAxesForm,
+    VertexForm,
+    baker_nayar_from_focal,
+    eccentricity_from_vertex,
+    focal_from_vertex,
+    semi_axes_from_focal,
+)
+
+ALUMINIUM_G_PER_MM3 = 2.70e-3
+_PROFILE_POINTS = 201
+
+
+@dataclass(frozen=True, slots=True)
+class MirrorShape:
+    """One mirror's face and blank. Forms that do not exist for its kind are None.
+
+    ``sag_mm`` is the height of the face from its inner to its outer rim, ``sag_from_vertex_mm`` the farthest it
+    gets from the plane through its vertex. ``sphere_departure_mm`` is measured peak to valley, along the normal of
+    the best-fit sphere. Slopes are angles between the face and the horizontal.
+    """
+
+    name: str
+    diameter_mm: float
+    sag_mm: float
+    sag_from_vertex_mm: float
+    best_sphere_radius_mm: float | None
+    sphere_departure_mm: float
+    slope_deg: tuple[float, float]
+    mass_g: float
+    focal: FocalForm | None
+    baker_nayar: BakerNayarForm | None
+    semi_axes: SemiAxesForm | None
+    eccentricity: EccentricityForm | None
+
+
+def mirror_shape(design: Design, name: str) -> MirrorShape:
+    """Shape of one mirror of a design, by its name."""
+    mirror = design.mirror(name)
+    surface = surface_of(mirror)
+    radii = np.sqrt(np.linspace(mirror.inner_radius_mm**2, mirror.outer_radius_mm**2, _PROFILE_POINTS))
+    heights = surface.height(radii) - mirror.vertex_mm
+    sphere_radius, departure = _best_sphere(radii, heights, mirror)
+    focal = _focal_form(design, mirror)
+    vertex = _vertex_form(mirror)
+    return MirrorShape(
+        name=name,
+        diameter_mm=2.0 * mirror.outer_radius_mm,
+        sag_mm=float(np.ptp(heights)),
+        sag_from_vertex_mm=float(np.max(np.abs(heights))),
+        best_sphere_radius_mm=sphere_radius,
+        sphere_departure_mm=departure,
+        slope_deg=(_slope_deg(surface, mirror.inner_radius_mm), _slope_deg(surface, mirror.outer_radius_mm)),
+        mass_g=_blank_volume_mm3(mirror) * ALUMINIUM_G_PER_MM3,
+        focal=focal,
+        baker_nayar=baker_nayar_from_focal(focal) if focal else None,
+        semi_axes=semi_axes_from_focal(focal) if focal else None,
+        eccentricity=None if mirror.kind == "plane" else eccentricity_from_vertex(vertex, _side(focal)),
+    )
+
+
+def surface_of(mirror: Mirror) -> Surface:
+    """A design's mirror by vertex, curvature and (1 + K) c^2."""
+    curvature = 0.0 if mirror.radius_mm is None else 1.0 / mirror.radius_mm
+    return Surface(mirror.vertex_mm, curvature, (1.0 + mirror.conic) * curvature**2)
+
+
+def overall_height_mm(design: Design) -> float:
+    """From the lower of lens front and lowest substrate to the highest substrate (design notes, section 4)."""
+    heights = [height for mirror in design.mirrors for height in _substrate_heights(mirror)]
+    return max(heights) - min(*heights, design.camera.lens_front_mm)
+
+
+def overall_diameter_mm(design: Design) -> float:
+    """Diameter over all mirrors with their substrates."""
+    return 2.0 * max(mirror.outer_radius_mm for mirror in design.mirrors)
+
+
+def _substrate_heights(mirror: Mirror) -> list[float]:
+    surface = surface_of(mirror)
+    shift = mirror.thickness_mm if mirror.faces == "down" else -mirror.thickness_mm
+    rims = [float(surface.height(radius)) for radius in (mirror.inner_radius_mm, mirror.outer_radius_mm)]
+    return [height + offset for height in rims for offset in (0.0, shift)]
+
+
+def _blank_volume_mm3(mirror: Mirror) -> float:
+    """Volume of a face shifted along z: base area times thickness, whatever the profile."""
+    return math.pi * (mirror.outer_radius_mm**2 - mirror.inner_radius_mm**2) * mirror.thickness_mm
+
+
+def _slope_deg(surface: Surface, radius: float) -> float:
+    rise = surface.curvature * radius
+    return math.degrees(math.atan(abs(rise) / math.sqrt(1.0 - surface.conic_term * radius**2)))
+
+
+def _best_sphere(
+    radii: NDArray[np.float64], heights: NDArray[np.float64], mirror: Mirror
+) -> tuple[float | None, float]:
+    """Signed radius (centre above the face is positive) and peak-to-valley departure of the least-squares sphere.
+
+    Points are spaced evenly in area. Gauss-Newton on the distance from the sphere; None and zero for a plane.
+    """
+    if mirror.radius_mm is None:
+        return None, 0.0
+    centre, sphere_radius = mirror.radius_mm, abs(mirror.radius_mm)
+    for _ in range(30):
+        distance = np.hypot(radii, heights - centre)
+        jacobian = np.stack([-(heights - centre) / distance, -np.ones_like(distance)], axis=1)
+        step = np.linalg.lstsq(jacobian, sphere_radius - distance, rcond=None)[0]
+        centre, sphere_radius = centre + float(step[0]), sphere_radius + float(step[1])
+    departure = float(np.ptp(np.hypot(radii, heights - centre) - sphere_radius))
+    return math.copysign(sphere_radius, mirror.radius_mm), departure
+
+
+def _vertex_form(mirror: Mirror) -> VertexForm:
+    if mirror.radius_mm is None:
+        return VertexForm(math.inf, 0.0)
+    return VertexForm(mirror.radius_mm if mirror.faces == "down" else -mirror.radius_mm, mirror.conic)
+
+
+def _focal_form(design: Design, mirror: Mirror) -> FocalForm | None:
+    """The focal form, its focus A on the camera's side of the light; None for a paraboloid or a sphere."""
+    vertex = _vertex_form(mirror)
+    direction = 1.0 if mirror.faces == "down" else -1.0
+    starts = any(view.path[0] == mirror.name for view in (design.views.upper, design.views.lower))
+    known_focus = 0.0 if starts else _viewpoint_behind(design, mirror)
+    if known_focus is None or vertex.kind == "paraboloid":
+        return None
+    to_vertex = direction * (mirror.vertex_mm - known_focus)
+    if vertex.kind == "plane":
+        # The foci of a plane are mirror images: both lie as far from it.
+        return FocalForm(to_vertex if starts else -to_vertex, 0.0) if to_vertex else None
+    if vertex.conic_constant >= 0:
+        return None
+
+    def misfit(form: FocalForm) -> float:
+        # From focus A to the vertex it is c (1 + q), from focus B it is -c (1 - q).
+        expected = form.vertex_distance if starts else form.vertex_distance - 2.0 * form.half_focal_distance
+        return abs(expected - to_vertex)
+
+    return min((focal_from_vertex(vertex, "ahead"), focal_from_vertex(vertex, "behind")), key=misfit)
+
+
+def _viewpoint_behind(design: Design, mirror: Mirror) -> float | None:
+    """Height of the viewpoint of the view in whose path the mirror comes last, if there is one."""
+    views = (design.views.upper, design.views.lower)
+    return next((view.viewpoint_mm for view in views if view.path[-1] == mirror.name), None)
+
+
+def _side(focal: FocalForm | None) -> SecondFocus:
+    return focal.sheet.second_focus if focal else "ahead"

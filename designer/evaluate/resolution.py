@@ -1,0 +1,144 @@
+"""What a pixel is worth: image zones, angular resolution, the smallest object, and figure 6 of the paper.
+
+The lattice of figure 6 takes every pair of pixels in one epipolar plane to the point that it reconstructs: no
+derivative is involved, so it checks the first-order depth error. Lengths in mm on the object side, pixels in the
+image, degrees.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from designer.design import Design, View
+from designer.evaluate.depth import slopes_of_point, stereo_pair_of, volume_grid, volume_of
+from designer.optics.view import elevation_tangent, image_half_tangent, image_radius, image_radius_slope
+
+ViewName = Literal["upper", "lower"]
+VIEW_NAMES: tuple[ViewName, ViewName] = ("upper", "lower")
+
+# An object counts as resolved when it covers this many pixels, in height and in width, in both views.
+PIXELS_TO_RESOLVE = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class SmallestObject:
+    """Height and width (mm) that cover two pixels in the coarser view, at each distance asked for."""
+
+    height_mm: NDArray[np.float64]
+    width_mm: NDArray[np.float64]
+
+
+def image_zones(design: Design) -> dict[str, tuple[float, float]]:
+    """Inner and outer image radius, in pixels, of the elevations asked of each view."""
+    return {name: _zone(design, _view(design, name)) for name in VIEW_NAMES}
+
+
+def angular_resolution_px_per_deg(design: Design, view_name: str, elevation_deg: ArrayLike) -> NDArray[np.float64]:
+    """Pixels per degree of elevation along the radius, at elevations of that view."""
+    view = _view(design, view_name)
+    slope = image_radius_slope(_slopes(elevation_deg), view.gain, design.camera.focal_length_mm, view.sense)
+    return np.asarray(np.abs(slope) / design.camera.pixel_pitch_mm * np.pi / 180.0)
+
+
+def azimuthal_resolution_px_per_deg(design: Design, view_name: str, elevation_deg: ArrayLike) -> NDArray[np.float64]:
+    """Pixels per degree of azimuth along the circle, at elevations of that view."""
+    return _radii_px(design, _view(design, view_name), _slopes(elevation_deg)) * np.pi / 180.0
+
+
+def smallest_object(design: Design, distance_mm: ArrayLike) -> SmallestObject:
+    """The smallest upright object that both views resolve at mid-elevation: two pixels in height and in width."""
+    distance = np.asarray(distance_mm, dtype=float)
+    pair = stereo_pair_of(design)
+    low, high = volume_of(design).elevations
+    lower, upper = slopes_of_point(np.tan((low + high) / 2.0), distance, pair.baseline)
+    heights, widths = [], []
+    for view, slope in ((design.views.lower, lower), (design.views.upper, upper)):
+        radians_per_px = design.camera.pixel_pitch_mm / np.abs(
+            image_radius_slope(slope, view.gain, design.camera.focal_length_mm, view.sense)
+        )
+        heights.append(distance * (1.0 + slope**2) * radians_per_px)
+        widths.append(distance / _radii_px(design, view, slope))
+    return SmallestObject(PIXELS_TO_RESOLVE * np.maximum(*heights), PIXELS_TO_RESOLVE * np.maximum(*widths))
+
+
+def epipolar_lattice(design: Design) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Reconstruct every pair of pixels on the image's middle row, each within its view's zone (the paper's figure 6).
+
+    Returns
+    -------
+    Distance and height z (from the pinhole) in mm, both of shape (lower pixels, upper pixels), ordered so that the
+    disparity falls along both axes; NaN where the two rays do not meet at a finite distance in front of the axis.
+    """
+    slopes_lower = np.sort(_slopes_of_pixels(design, design.views.lower))[::-1, None]
+    slopes_upper = np.sort(_slopes_of_pixels(design, design.views.upper))[None, :]
+    disparity = slopes_lower - slopes_upper
+    meets = disparity > 0
+    distance = np.where(meets, design.baseline_mm / np.where(meets, disparity, 1.0), np.nan)
+    return distance, design.views.lower.viewpoint_mm + distance * slopes_lower
+
+
+def quantisation_error_rms(design: Design, elevation_count: int = 401, distance_count: int = 101) -> float:
+    """Root mean square of the relative distance error when both image points snap to the nearest pixel centre.
+
+    Brute force over the working volume, uniform in elevation and log-uniform in distance. A rounded coordinate is
+    wrong by 1/sqrt(12) pixel rms, so first order predicts the score at that noise. Infinite where rounding takes a
+    point of the volume to infinity or beyond.
+    """
+    pair = stereo_pair_of(design)
+    elevations, distances = volume_grid(volume_of(design), elevation_count, distance_count)
+    lower, upper = slopes_of_point(np.tan(elevations), distances, pair.baseline)
+    seen_lower = _rounded_to_pixels(design, design.views.lower, lower)
+    seen_upper = _rounded_to_pixels(design, design.views.upper, upper)
+    disparity = seen_lower - seen_upper
+    if np.any(disparity <= 0):
+        return float("inf")
+    relative_error = pair.baseline / disparity / distances - 1.0
+    return float(np.sqrt(np.mean(relative_error**2)))
+
+
+def _view(design: Design, name: str) -> View:
+    if name not in VIEW_NAMES:
+        raise ValueError(f"no view is called {name!r}: there are upper and lower")
+    return design.views.upper if name == "upper" else design.views.lower
+
+
+def _slopes(elevation_deg: ArrayLike) -> NDArray[np.float64]:
+    return np.asarray(np.tan(np.radians(np.asarray(elevation_deg, dtype=float))))
+
+
+def _radii_px(design: Design, view: View, slopes: NDArray[np.float64]) -> NDArray[np.float64]:
+    radius_mm = image_radius(slopes, view.gain, design.camera.focal_length_mm, view.sense)
+    return np.asarray(np.abs(radius_mm) / design.camera.pixel_pitch_mm)
+
+
+def _zone(design: Design, view: View) -> tuple[float, float]:
+    ends = _radii_px(design, view, _slopes(view.elevation_deg))
+    return float(ends.min()), float(ends.max())
+
+
+def _slopes_of_pixels(design: Design, view: View) -> NDArray[np.float64]:
+    """Slopes seen by the pixel centres within a view's zone, on the row through the principal point."""
+    inner, outer = _zone(design, view)
+    offset = _centre_offset_px(design)
+    radii_px = np.arange(np.ceil(inner - offset), np.floor(outer - offset) + 1.0) + offset
+    return _slopes_of_radii(design, view, radii_px)
+
+
+def _centre_offset_px(design: Design) -> float:
+    """Radius of the pixel centre next to the axis: a half where the image has an even number of columns."""
+    return design.camera.principal_point_px[0] % 1.0
+
+
+def _slopes_of_radii(design: Design, view: View, radii_px: NDArray[np.float64]) -> NDArray[np.float64]:
+    half_tangent = image_half_tangent(radii_px * design.camera.pixel_pitch_mm, design.camera.focal_length_mm)
+    return np.asarray(elevation_tangent(half_tangent / abs(view.gain), view.sense))
+
+
+def _rounded_to_pixels(design: Design, view: View, slopes: NDArray[np.float64]) -> NDArray[np.float64]:
+    offset = _centre_offset_px(design)
+    radii_px = np.round(_radii_px(design, view, slopes) - offset) + offset
+    return _slopes_of_radii(design, view, radii_px)
