@@ -1,0 +1,1 @@
+"""The judge: a ray tracer that knows surfaces and apertures, never the closed forms, and its verdict on a design."""

@@ -1,0 +1,366 @@
+"""What a ray can meet: mirror faces, substrates, lens barrel and camera body, and where a ray meets them.
+
+Every mirror is written in its own frame, vertex at the origin and optical axis along z, and may be posed anywhere.
+In that frame its face is the vertex sheet of c (x^2 + y^2 + k z^2) = 2 z, with c = 1/radius (0 for a plane) and
+k = 1 + conic constant; on it 1 - k c z >= 0, and on the other sheet of a hyperboloid (or beyond the equator of an
+ellipsoid) 1 - k c z < 0. Lengths in mm. Rays are held as three rows (x, y, z) of n columns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from designer.design import Design, Mirror
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+BARREL = "lens barrel"
+BODY = "camera body"
+# A ray that starts on a face is kept from meeting, at its very start, the walls that end in the same rim.
+NEAREST_HIT_MM = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Where a mirror sits instead of its nominal place: turned about its vertex, then shifted.
+
+    ``rotation`` is a 3 x 3 rotation matrix and ``shift_mm`` a displacement (3,), both in the world frame:
+    x = vertex + shift + rotation (x_nominal - vertex).
+    """
+
+    rotation: Array
+    shift_mm: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Conics:
+    """Annular pieces of conics of revolution, one per entry; all arrays (m,)."""
+
+    frame: Indices
+    curvature: Array
+    squeeze: Array
+    offset: Array
+    inner: Array
+    outer: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinders:
+    """Walls about the axis of a frame, from ``low`` to ``high``; all arrays (m,)."""
+
+    frame: Indices
+    radius: Array
+    low: Array
+    high: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Discs:
+    """Flat discs across the axis of the camera; arrays (m,)."""
+
+    height: Array
+    outer: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """Everything a ray can meet.
+
+    ``conics`` holds the m mirror faces first, in the order of ``mirrors``, then the backs of the substrates.
+    ``elements`` names each row of :func:`first_hits`: m reflecting faces, the same m faces from behind, the backs,
+    the walls (camera walls last) and the camera's discs. ``facing`` is +1 for a face that looks up and -1 for one
+    that looks down. Frame m belongs to the camera.
+    """
+
+    mirrors: tuple[str, ...]
+    facing: Array
+    conics: Conics
+    cylinders: Cylinders
+    discs: Discs
+    elements: tuple[str, ...]
+    owners: tuple[int, ...]
+    camera_walls: int
+    origins: Array
+    rotations: Array
+    is_aligned: bool
+
+    def path(self, names: tuple[str, ...]) -> tuple[int, ...]:
+        """Indices of mirrors by name. Raises ValueError for a name that is not there."""
+        return tuple(self.mirrors.index(name) for name in names)
+
+
+def sag(mirror: Mirror, radius: Array | float) -> Array:
+    """Height in mm of a mirror's face above its vertex at a distance from the axis; NaN beyond an equator."""
+    radius = np.asarray(radius, dtype=float)
+    if mirror.radius_mm is None:
+        return np.zeros_like(radius)
+    curvature = 1.0 / mirror.radius_mm
+    with np.errstate(invalid="ignore", over="ignore"):
+        slope_root = np.sqrt(1.0 - (1.0 + mirror.conic) * (curvature * radius) ** 2)
+        return np.asarray(curvature * radius**2 / (1.0 + slope_root))
+
+
+def build_scene(design: Design, poses: Mapping[str, Pose] | None = None) -> Scene:
+    """The surfaces of a design, each mirror in its nominal place or in the pose given for its name.
+
+    Raises
+    ------
+    KeyError
+        A pose names a mirror that the design does not have.
+    """
+    poses = dict(poses or {})
+    mirrors = design.mirrors
+    count = len(mirrors)
+    origins = np.zeros((count + 1, 3))
+    rotations = np.tile(np.eye(3), (count + 1, 1, 1))
+    names = [mirror.name for mirror in mirrors]
+    for index, mirror in enumerate(mirrors):
+        origins[index, 2] = mirror.vertex_mm
+    for name, pose in poses.items():
+        if name not in names:
+            raise KeyError(f"no mirror {name!r}; the mirrors are {', '.join(names)}")
+        origins[names.index(name)] += pose.shift_mm
+        rotations[names.index(name)] = pose.rotation
+
+    faces, backs, back_names, back_owners = [], [], [], []
+    walls: list[tuple[int, float, float, float]] = []
+    wall_names: list[str] = []
+    for index, mirror in enumerate(mirrors):
+        curvature = 0.0 if mirror.radius_mm is None else 1.0 / mirror.radius_mm
+        shape = (curvature, 1.0 + mirror.conic)
+        aperture = (mirror.inner_radius_mm, mirror.outer_radius_mm)
+        faces.append((index, *shape, 0.0, *aperture))
+        if mirror.thickness_mm == 0.0:
+            continue
+        back = mirror.thickness_mm if mirror.faces == "down" else -mirror.thickness_mm
+        backs.append((index, *shape, back, *aperture))
+        back_names.append(f"back of {mirror.name}")
+        back_owners.append(index)
+        for radius, label in ((aperture[1], "outer edge"), (aperture[0], "hole edge")):
+            if radius > 0.0:
+                height = float(sag(mirror, radius))
+                walls.append((index, radius, min(height, height + back), max(height, height + back)))
+                wall_names.append(f"{label} of {mirror.name}")
+    mirror_wall_owners = [wall[0] for wall in walls]
+
+    camera = design.camera
+    seat = camera.lens_front_mm - camera.lens_length_mm
+    walls.append((count, camera.lens_radius_mm, seat, camera.lens_front_mm))
+    walls.append((count, camera.body_radius_mm, -np.inf, seat))
+    discs = [(camera.lens_front_mm, camera.lens_radius_mm), (seat, max(camera.body_radius_mm, camera.lens_radius_mm))]
+    disc_names = [BARREL, BODY if camera.body_radius_mm >= camera.lens_radius_mm else BARREL]
+
+    conic_table = np.array(faces + backs, dtype=float).T
+    wall_table = np.array(walls, dtype=float).T
+    disc_table = np.array(discs, dtype=float).T
+    return Scene(
+        mirrors=tuple(names),
+        facing=np.array([1.0 if mirror.faces == "up" else -1.0 for mirror in mirrors]),
+        conics=Conics(conic_table[0].astype(np.intp), *conic_table[1:]),
+        cylinders=Cylinders(wall_table[0].astype(np.intp), *wall_table[1:]),
+        discs=Discs(*disc_table),
+        elements=(
+            *names,
+            *(f"back of {name}" for name in names),
+            *back_names,
+            *wall_names,
+            BARREL,
+            BODY,
+            *disc_names,
+        ),
+        owners=(*range(count), *range(count), *back_owners, *mirror_wall_owners, -1, -1, -1, -1),
+        camera_walls=4,
+        origins=origins,
+        rotations=rotations,
+        is_aligned=not poses,
+    )
+
+
+def first_hits(scene: Scene, points: Array, directions: Array, left: Indices, *, camera: bool) -> tuple[Array, Indices]:
+    """Distance to the first surface on each ray, and the row of that surface in ``scene.elements``.
+
+    Parameters
+    ----------
+    points, directions
+        Shape (3, n), world frame; directions are unit vectors.
+    left
+        Shape (n,): the mirror whose face the ray has just left, or -1.
+    camera
+        Whether lens barrel and body are there (they are not for a ray that still is inside the lens).
+
+    Returns
+    -------
+    Distances (n,), infinite where the ray meets nothing, and rows (n,), -1 there.
+    """
+    count = len(scene.mirrors)
+    conics = scene.conics
+    x, y, z, dx, dy, dz = _in_frames(scene, conics.frame, points, directions)
+    z = z - conics.offset[:, None]
+    plus, minus = _conic_roots(conics, x, y, z, dx, dy, dz, left)
+    plus = _within_conic(conics, plus, x, y, z, dx, dy, dz)
+    minus = _within_conic(conics, minus, x, y, z, dx, dy, dz)
+    looks_up = scene.facing[:, None] > 0.0
+    fronts = np.where(looks_up, plus[:count], minus[:count])
+    rears = np.where(looks_up, minus[:count], plus[:count])
+    distances = [fronts, rears, np.minimum(plus[count:], minus[count:])]
+
+    walls = scene.cylinders
+    kept = slice(None) if camera else slice(0, len(walls.radius) - 2)
+    if camera or len(walls.radius) > 2:
+        distances.append(_cylinder_hits(scene, walls, kept, points, directions))
+    if camera:
+        reach = (scene.discs.height[:, None] - points[2]) / directions[2]
+        across = (points[0] + reach * directions[0]) ** 2 + (points[1] + reach * directions[1]) ** 2
+        met = (reach > NEAREST_HIT_MM) & (across <= scene.discs.outer[:, None] ** 2)
+        distances.append(np.where(met, reach, np.inf))
+
+    stacked = np.concatenate(distances)
+    row = np.argmin(stacked, axis=0)
+    nearest = stacked[row, np.arange(row.size)]
+    return nearest, np.where(np.isfinite(nearest), row, -1)
+
+
+def reflect(scene: Scene, face: Indices | int, points: Array, directions: Array) -> Array:
+    """Directions (3, n) after reflection at points (3, n) of the faces with these indices: d - 2 (d.n) n."""
+    curvature = scene.conics.curvature[face]
+    squeeze = scene.conics.squeeze[face]
+    local = points - scene.origins[face].T.reshape(3, -1)
+    if not scene.is_aligned:
+        local = _turned(scene.rotations[face], local, back=True)
+    normal = np.stack([curvature * local[0], curvature * local[1], curvature * squeeze * local[2] - 1.0])
+    if not scene.is_aligned:
+        normal = _turned(scene.rotations[face], normal, back=False)
+    projection = normal[0] * directions[0] + normal[1] * directions[1] + normal[2] * directions[2]
+    length_squared = normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2
+    return np.asarray(directions - normal * (2.0 * projection / length_squared))
+
+
+def face_hits(scene: Scene, face: int, points: Array, directions: Array, *, aperture: bool) -> Array:
+    """Distance (n,) to one mirror's face, met from its reflecting side; NaN where the ray misses it.
+
+    A straight line meets the reflecting side of a conic's vertex sheet at most once, where the derivative of
+    the conic's equation along the ray has the sign of the side: one root is enough.
+    """
+    conics = scene.conics
+    curvature, squeeze = conics.curvature[face], conics.squeeze[face]
+    x, y, z = points - scene.origins[face][:, None]
+    dx, dy, dz = directions
+    if not scene.is_aligned:
+        x, y, z = _turned(scene.rotations[face], np.stack([x, y, z]), back=True)
+        dx, dy, dz = _turned(scene.rotations[face], directions, back=True)
+    along, half_slope, value, discriminant = _quadratic(curvature, squeeze, x, y, z, dx, dy, dz)
+    root = np.sqrt(discriminant)
+    side = scene.facing[face]
+    half_slope *= side
+    distance = np.where(half_slope < 0.0, side * (root - half_slope) / along, -side * value / (half_slope + root))
+    reached = z + distance * dz
+    met = (distance > NEAREST_HIT_MM) & (squeeze * curvature * reached <= 1.0)
+    if aperture:
+        across = (x + distance * dx) ** 2 + (y + distance * dy) ** 2
+        met &= (across >= conics.inner[face] ** 2) & (across <= conics.outer[face] ** 2)
+    return np.where(met, distance, np.nan)
+
+
+def _quadratic(
+    curvature: Array | float, squeeze: Array | float, x: Array, y: Array, z: Array, dx: Array, dy: Array, dz: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Coefficients of a s^2 + 2 b s + v = 0 for a ray and a conic, and b^2 - a v.
+
+    The discriminant is written with the moment of the ray about the vertex (Lagrange's identity): it then
+    depends on the line alone, and does not lose digits when the ray starts far away or the conic is nearly
+    parabolic or flat.
+    """
+    transverse = dx * dx + dy * dy
+    advance = x * dx + y * dy
+    along = curvature * (transverse + squeeze * dz * dz)
+    half_slope = curvature * (advance + squeeze * z * dz) - dz
+    value = curvature * (x * x + y * y + squeeze * z * z) - 2.0 * z
+    moment_z = x * dy - y * dx
+    moment_x = y * dz - z * dy
+    moment_y = z * dx - x * dz
+    moments = moment_z * moment_z + squeeze * (moment_x * moment_x + moment_y * moment_y)
+    discriminant = (
+        dz * dz + 2.0 * curvature * (dx * moment_y - dy * moment_x) - np.multiply(curvature, curvature) * moments
+    )
+    return along, half_slope, value, discriminant
+
+
+def _conic_roots(
+    conics: Conics, x: Array, y: Array, z: Array, dx: Array, dy: Array, dz: Array, left: Indices
+) -> tuple[Array, Array]:
+    """Distances (m, n) at which rays cross the conics upwards out of and down into the region above them.
+
+    The first root has a s + b = +sqrt(b^2 - a v), the second the negative. Neither subtracts like quantities.
+    """
+    along, half_slope, value, discriminant = _quadratic(
+        conics.curvature[:, None], conics.squeeze[:, None], x, y, z, dx, dy, dz
+    )
+    started = np.flatnonzero(left >= 0)
+    # A point on the surface has value 0 exactly: its root at the start vanishes and the other one is kept.
+    value[left[started], started] = 0.0
+    root = np.sqrt(discriminant)
+    stable = -(half_slope + np.copysign(root, half_slope))
+    near, far = value / stable, stable / along
+    rising = half_slope >= 0.0
+    return np.where(rising, near, far), np.where(rising, far, near)
+
+
+def _within_conic(
+    conics: Conics, distance: Array, x: Array, y: Array, z: Array, dx: Array, dy: Array, dz: Array
+) -> Array:
+    """The distance where it is forward, on the vertex sheet and inside the aperture; infinite elsewhere."""
+    across = (x + distance * dx) ** 2 + (y + distance * dy) ** 2
+    height = z + distance * dz
+    met = (
+        (distance > NEAREST_HIT_MM)
+        & (across >= (conics.inner**2)[:, None])
+        & (across <= (conics.outer**2)[:, None])
+        & ((conics.squeeze * conics.curvature)[:, None] * height <= 1.0)
+    )
+    return np.where(met, distance, np.inf)
+
+
+def _cylinder_hits(scene: Scene, walls: Cylinders, kept: slice, points: Array, directions: Array) -> Array:
+    """Distances (m, n) to cylindrical walls, infinite where a wall is not met."""
+    x, y, z, dx, dy, dz = _in_frames(scene, walls.frame[kept], points, directions)
+    along = dx * dx + dy * dy
+    half_slope = x * dx + y * dy
+    moment = x * dy - y * dx
+    radius = walls.radius[kept][:, None]
+    root = np.sqrt(along * radius**2 - moment * moment)
+    stable = -(half_slope + np.copysign(root, half_slope))
+    value = (np.hypot(x, y) - radius) * (np.hypot(x, y) + radius)
+    low, high = walls.low[kept][:, None], walls.high[kept][:, None]
+    best = np.full(root.shape, np.inf)
+    for distance in (stable / along, value / stable):
+        height = z + distance * dz
+        met = (distance > NEAREST_HIT_MM) & (height >= low) & (height <= high)
+        best = np.where(met & (distance < best), distance, best)
+    return best
+
+
+def _in_frames(
+    scene: Scene, frames: Indices, points: Array, directions: Array
+) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """Coordinates of rays in frames, each broadcastable to (frames, n)."""
+    if scene.is_aligned:
+        x, y, z = points
+        dx, dy, dz = directions
+        return x, y, z - scene.origins[frames, 2][:, None], dx, dy, dz
+    back = scene.rotations[frames].transpose(0, 2, 1)
+    local = back @ (points - scene.origins[frames][:, :, None])
+    turned = back @ directions
+    return local[:, 0], local[:, 1], local[:, 2], turned[:, 0], turned[:, 1], turned[:, 2]
+
+
+def _turned(rotations: Array, vectors: Array, *, back: bool) -> Array:
+    """Vectors (3, n) turned by one rotation (3, 3) or by one each (n, 3, 3), or turned back."""
+    indices = (
+        ("ji,jn->in" if back else "ij,jn->in") if rotations.ndim == 2 else ("nji,jn->in" if back else "nij,jn->in")
+    )
+    return np.asarray(np.einsum(indices, rotations, vectors))

@@ -1,0 +1,299 @@
+"""Tracing rays from the pinhole: first hit against everything, or along an intended path of mirrors.
+
+Frame: pinhole at the origin, optical axis +z, millimetres, radians unless a name says otherwise. Batches are arrays
+(n, 3) of origins and unit directions. Nothing is stored on surfaces: a trace is what a function returns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from designer.design import Design
+from designer.verify.surfaces import Array, Indices, Pose, Scene, build_scene, face_hits, first_hits, reflect
+
+__all__ = [
+    "FirstHitTrace",
+    "PathReport",
+    "Pose",
+    "Scene",
+    "SequentialTrace",
+    "Status",
+    "build_scene",
+    "compare_with_path",
+    "elevation_angles",
+    "meridional_rays",
+    "pinhole_angles",
+    "pinhole_directions",
+    "trace_first_hits",
+    "trace_sequential",
+]
+
+# Rays per block: the working arrays of a block stay in the processor's cache.
+BLOCK = 4096
+TABLE_SIZE = 1025
+
+
+class Status(IntEnum):
+    """What became of a ray."""
+
+    OK = 0
+    """It met the intended mirrors, each first, and left."""
+    MISSED = 1
+    """It left without meeting the mirror that it should have met."""
+    BLOCKED = 2
+    """Something else stood in the way."""
+    ESCAPED = 3
+    """It left, and no path was asked of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class FirstHitTrace:
+    """Rays followed from surface to surface until they leave or are blocked.
+
+    ``status`` (n,) holds ESCAPED or BLOCKED. ``sequence`` (n, k) holds the indices of the mirrors met, -1 after the
+    last; ``hits`` (n, k, 3) the points, NaN after the last. ``element`` (n,) is the row of ``scene.elements`` that
+    blocked the ray, or -1, and ``leg`` (n,) the number of mirrors met before. ``exit_point`` and ``exit_direction``
+    (n, 3) give the last leg.
+    """
+
+    status: NDArray[np.int8]
+    leg: Indices
+    element: Indices
+    sequence: Indices
+    hits: Array
+    exit_point: Array
+    exit_direction: Array
+
+
+@dataclass(frozen=True, slots=True)
+class PathReport:
+    """First-hit rays compared with an intended path; arrays (n,).
+
+    ``leg`` is the leg on which the ray ended (0: from the pinhole to the first mirror). ``element`` is the row of
+    ``scene.elements`` of what blocked a BLOCKED ray, and the mirror that a MISSED ray should have met; -1 if OK.
+    """
+
+    status: NDArray[np.int8]
+    leg: Indices
+    element: Indices
+
+
+@dataclass(frozen=True, slots=True)
+class SequentialTrace:
+    """Rays traced along one path, whatever else may stand in the way.
+
+    ``hits`` holds an array (n, 3) for each mirror of the path, ``direction`` (n, 3) the exit directions; both are
+    NaN from the first miss on. ``missed`` (n,) is the place in the path of the first mirror missed, or -1.
+    """
+
+    hits: tuple[Array, ...]
+    direction: Array
+    missed: Indices
+
+    @property
+    def point(self) -> Array:
+        """Where the exit rays start: the points (n, 3) on the last mirror."""
+        return self.hits[-1]
+
+
+def pinhole_directions(psi: ArrayLike, azimuth: ArrayLike = 0.0) -> Array:
+    """Unit directions (n, 3) at angles psi from +z and azimuths atan2(y, x), in radians."""
+    psi, azimuth = np.broadcast_arrays(np.asarray(psi, dtype=float), np.asarray(azimuth, dtype=float))
+    sine = np.sin(psi)
+    return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), np.cos(psi)], axis=-1)
+
+
+def trace_first_hits(
+    scene: Scene,
+    directions: ArrayLike,
+    origins: ArrayLike | None = None,
+    *,
+    starts_in_lens: bool = True,
+    most_mirrors: int = 6,
+) -> FirstHitTrace:
+    """Follow rays to the first surface they meet, mirror by mirror.
+
+    Parameters
+    ----------
+    directions
+        Unit vectors (n, 3), world frame.
+    origins
+        Points (n, 3) in mm; the pinhole if not given.
+    starts_in_lens
+        Whether the first leg starts inside the lens, and so passes lens barrel and camera body.
+    most_mirrors
+        A ray that has met this many mirrors counts as blocked by the last.
+    """
+    heading = np.ascontiguousarray(np.asarray(directions, dtype=float).reshape(-1, 3).T)
+    number = heading.shape[1]
+    start = np.zeros_like(heading) if origins is None else np.broadcast_to(np.asarray(origins, float), (number, 3)).T
+    blocks = [
+        _trace_block(scene, start[:, low : low + BLOCK], heading[:, low : low + BLOCK], starts_in_lens, most_mirrors)
+        for low in range(0, max(number, 1), BLOCK)
+    ]
+    if len(blocks) == 1:
+        return blocks[0]
+    return FirstHitTrace(
+        *(np.concatenate([getattr(block, name) for block in blocks]) for name in FirstHitTrace.__slots__)
+    )
+
+
+def _trace_block(scene: Scene, start: Array, heading: Array, starts_in_lens: bool, most_mirrors: int) -> FirstHitTrace:
+    number = heading.shape[1]
+    point, direction = np.array(start), np.array(heading)
+    status = np.full(number, Status.ESCAPED, dtype=np.int8)
+    leg = np.zeros(number, dtype=np.intp)
+    element = np.full(number, -1, dtype=np.intp)
+    sequence = np.full((number, most_mirrors), -1, dtype=np.intp)
+    hits = np.full((number, most_mirrors, 3), np.nan)
+    left = np.full(number, -1, dtype=np.intp)
+    going = np.arange(number)
+    with np.errstate(all="ignore"):
+        for met in range(most_mirrors + 1):
+            if not going.size:
+                break
+            here, ahead = point[:, going], direction[:, going]
+            inside_lens = starts_in_lens and met == 0
+            distance, row = first_hits(scene, here, ahead, left[going], camera=not inside_lens)
+            leg[going] = met
+            is_face = (row >= 0) & (row < len(scene.mirrors)) & (met < most_mirrors)
+            stopped = (row >= 0) & ~is_face
+            status[going[stopped]] = Status.BLOCKED
+            element[going[stopped]] = row[stopped]
+            rays, faces = going[is_face], row[is_face]
+            landed = here[:, is_face] + distance[is_face] * ahead[:, is_face]
+            point[:, rays] = landed
+            direction[:, rays] = reflect(scene, faces, landed, ahead[:, is_face])
+            left[rays] = faces
+            if met < most_mirrors:
+                sequence[rays, met] = faces
+                hits[rays, met] = landed.T
+            going = rays
+    return FirstHitTrace(status, leg, element, sequence, hits, point.T, direction.T)
+
+
+def compare_with_path(trace: FirstHitTrace, path: Sequence[int]) -> PathReport:
+    """Say of each ray whether it met the mirrors of a path (indices, in order), each first, and then left."""
+    number, recorded = trace.sequence.shape
+    status = np.full(number, Status.OK, dtype=np.int8)
+    leg = np.full(number, len(path), dtype=np.intp)
+    element = np.full(number, -1, dtype=np.intp)
+    undecided = np.ones(number, dtype=bool)
+    for place, expected in enumerate((*path, -1)):
+        if place >= recorded:
+            break
+        met = trace.sequence[:, place]
+        ends = undecided & (met != expected) if expected >= 0 else undecided & ((met >= 0) | (trace.element >= 0))
+        blocker = np.where(met >= 0, met, trace.element)
+        blocked = ends & (blocker >= 0)
+        missed = ends & (blocker < 0)
+        status[blocked], status[missed] = Status.BLOCKED, Status.MISSED
+        element[blocked], element[missed] = blocker[blocked], expected
+        leg[ends] = place
+        undecided &= ~ends
+    return PathReport(status, leg, element)
+
+
+def trace_sequential(
+    scene: Scene,
+    path: Sequence[int],
+    directions: ArrayLike,
+    origins: ArrayLike | None = None,
+    *,
+    apertures: bool = True,
+) -> SequentialTrace:
+    """Trace rays along a path of mirrors (indices), ignoring blockage; with or without their apertures.
+
+    Each mirror is met on its reflecting side and on its vertex sheet only. ``directions`` are unit vectors (n, 3),
+    ``origins`` points (n, 3) in mm, the pinhole if not given.
+    """
+    given = np.asarray(directions, dtype=float).reshape(-1, 3)
+    number = given.shape[0]
+    start = None if origins is None else np.broadcast_to(np.asarray(origins, dtype=float), (number, 3))
+    hits = [np.empty((3, number)) for _ in path]
+    exit_direction = np.empty((3, number))
+    missed = np.full(number, -1, dtype=np.intp)
+    with np.errstate(all="ignore"):
+        for low in range(0, number, BLOCK):
+            block = slice(low, low + BLOCK)
+            direction = np.ascontiguousarray(given[block].T)
+            point = np.zeros_like(direction) if start is None else np.ascontiguousarray(start[block].T)
+            for place, face in enumerate(path):
+                distance = face_hits(scene, face, point, direction, aperture=apertures)
+                lost = np.isnan(distance) & (missed[block] < 0)
+                if lost.any():
+                    missed[block][lost] = place
+                point = point + distance * direction
+                hits[place][:, block] = point
+                direction = reflect(scene, face, point, direction)
+            exit_direction[:, block] = direction
+    return SequentialTrace(tuple(hit.T for hit in hits), exit_direction.T, missed)
+
+
+def elevation_angles(directions: Array) -> Array:
+    """Elevation in radians, from the horizontal plane, up positive, of directions (n, 3)."""
+    return np.asarray(np.arctan2(directions[:, 2], np.hypot(directions[:, 0], directions[:, 1])))
+
+
+def pinhole_angles(scene: Scene, path: Sequence[int], elevations: ArrayLike, psi_limit: float) -> Array:
+    """Angles psi (n,) in radians, in 0..psi_limit, of the pinhole rays that leave a path at given elevations.
+
+    The traced elevation, apertures ignored, is tabulated and inverted by secant steps on traced rays; the first
+    crossing counts. NaN for an elevation (radians) that no ray within the limit takes.
+    """
+    targets = np.atleast_1d(np.asarray(elevations, dtype=float))
+    table = np.linspace(0.0, psi_limit, TABLE_SIZE)
+
+    def traced(psi: Array) -> Array:
+        trace = trace_sequential(scene, path, pinhole_directions(psi), apertures=False)
+        return elevation_angles(trace.direction)
+
+    with np.errstate(all="ignore"):
+        excess = traced(table) - targets[:, None]
+        crosses = (excess[:, :-1] <= 0.0) != (excess[:, 1:] <= 0.0)
+        crosses &= np.isfinite(excess[:, :-1]) & np.isfinite(excess[:, 1:])
+        cell = np.argmax(crosses, axis=1)
+        rows = np.arange(targets.size)
+        found = crosses[rows, cell]
+        psi, last = table[cell], table[cell + 1]
+        error, last_error = excess[rows, cell], excess[rows, cell + 1]
+        for _ in range(6):
+            step = error * (last - psi) / (last_error - error)
+            last, last_error = psi, error
+            psi = psi - np.where(np.isfinite(step), step, 0.0)
+            error = traced(psi) - targets
+    return np.where(found, psi, np.nan)
+
+
+def widest_pinhole_angle(design: Design) -> float:
+    """Angle psi in radians of the corner of the image, or of the image circle where that reaches farther."""
+    camera = design.camera
+    corner = np.hypot(camera.width_px, camera.height_px) / 2.0 * camera.pixel_pitch_mm
+    return float(np.arctan2(max(corner, camera.image_radius_mm), camera.focal_length_mm))
+
+
+def meridional_rays(
+    design: Design,
+    view_name: str,
+    elevations_deg: ArrayLike,
+    length_mm: float,
+    poses: Mapping[str, Pose] | None = None,
+) -> list[Array]:
+    """Polylines (k, 2) of signed distance from the axis and height: pinhole, mirrors, then ``length_mm`` outwards.
+
+    One for each elevation, in order; empty (0, 2) where no ray in the image leaves at that elevation. Apertures and
+    blockage are ignored. The ray leaves the pinhole towards positive distances. ``view_name`` is "upper" or "lower".
+    """
+    scene = build_scene(design, poses)
+    path = scene.path(getattr(design.views, view_name).path)
+    elevations = np.radians(np.atleast_1d(np.asarray(elevations_deg, dtype=float)))
+    psi = pinhole_angles(scene, path, elevations, widest_pinhole_angle(design))
+    trace = trace_sequential(scene, path, pinhole_directions(psi), apertures=False)
+    end = trace.point + length_mm * trace.direction
+    corners = np.stack([np.zeros_like(end), *trace.hits, end], axis=1)[:, :, [0, 2]]
+    return [line if np.isfinite(line).all() else np.empty((0, 2)) for line in corners]
