@@ -1,0 +1,77 @@
+"""The command line. Everything heavy is imported inside the commands, so that ``designer --help`` is instant."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from types import FrameType
+from typing import Any, NoReturn
+
+import click
+
+from designer.cli.designs import evaluate, trace
+from designer.cli.listing import configurations
+from designer.cli.requirement import init
+from designer.cli.study import report, study
+from designer.files import InputError
+
+INPUT_ERROR, FAILURE, INTERRUPTED, TERMINATED = 2, 1, 130, 143
+
+
+class Terminated(KeyboardInterrupt):
+    """The process was asked to end (SIGTERM); cleaned up after like Ctrl-C."""
+
+
+class OneLineErrors(click.Group):
+    """A group whose commands end with one line on stderr, never with a traceback, when what was asked is at fault."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command; 2 for input that cannot be used, 1 for a full or failing disk, 130 for Ctrl-C."""
+        try:
+            return super().invoke(ctx)
+        except InputError as error:
+            _end(str(error), INPUT_ERROR)
+        except Terminated:
+            _end("terminated", TERMINATED)
+        except KeyboardInterrupt:
+            _end("interrupted", INTERRUPTED)
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            _end(str(error), FAILURE)
+
+
+@click.group(cls=OneLineErrors, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="catadioptric-designer", prog_name="designer")
+def cli() -> None:
+    """Design single-camera catadioptric stereo systems: 44 configurations, optimised, traced, ranked."""
+
+
+for command in (study, configurations, trace, evaluate, init, report):
+    cli.add_command(command)
+
+
+def main() -> None:
+    """Entry point of the ``designer`` command."""
+    owner = os.getpid()
+
+    def terminate(number: int, frame: FrameType | None) -> None:
+        if os.getpid() == owner:
+            raise Terminated
+        # A forked worker inherits this handler, but has nothing of ours to clean up.
+        signal.signal(number, signal.SIG_DFL)
+        os.kill(os.getpid(), number)
+
+    signal.signal(signal.SIGTERM, terminate)
+    try:
+        cli(prog_name="designer")
+    except Terminated:
+        _end("terminated", TERMINATED)
+    except KeyboardInterrupt:
+        _end("interrupted", INTERRUPTED)
+
+
+def _end(message: str, code: int) -> NoReturn:
+    click.echo(f"designer: {' '.join(message.split())}", err=True)
+    sys.exit(code)

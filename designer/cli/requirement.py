@@ -1,0 +1,26 @@
+"""``designer init``: a commented requirement to start from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from designer.files import InputError
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path))
+def init(file: Path) -> None:
+    """Write a commented requirement to start from into FILE, which must not exist yet."""
+    from designer.requirement.template import template
+
+    try:
+        # Opened for exclusive creation: nothing that exists is overwritten, not even in a race.
+        with file.open("x", encoding="utf-8") as stream:
+            stream.write(template())
+    except FileExistsError:
+        raise InputError(f"{file}: exists already; choose another name") from None
+    except OSError as error:
+        raise InputError(f"{file}: cannot be written: {error.strerror or error}") from None
+    click.echo(f"{file} written; next: designer study {file}")

@@ -1,0 +1,139 @@
+"""``designer study`` and ``designer report``: from a requirement to a ranked trade study, and its PDF."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from designer.files import InputError
+
+if TYPE_CHECKING:
+    from designer.requirement import Requirement
+
+SHOWN_DESIGNS = 10
+
+
+class _WordsAfterOnly(click.Command):
+    """Lets ``--only`` take several words: those up to the next option or the requirement file."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Write ``--only A B`` as ``--only A --only B``, which click understands."""
+        expanded: list[str] = []
+        taking = False
+        for word in args:
+            if word.startswith("-"):
+                taking = word == "--only"
+                expanded.append(word)
+            elif taking and expanded[-1] != "--only" and not word.endswith(".toml"):
+                expanded += ["--only", word]
+            else:
+                taking = taking and not word.endswith(".toml")
+                expanded.append(word)
+        return super().parse_args(ctx, expanded)
+
+
+@click.command(cls=_WordsAfterOnly)
+@click.argument("requirement", type=click.Path(path_type=Path), metavar="REQUIREMENT.toml")
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for the results.  [default: reports/NAME]")
+@click.option("--no-pdf", is_flag=True, help="Leave out study.pdf and its figures.")
+@click.option("--only", multiple=True, metavar="NAME...", help="Only these configurations, by name or glob pattern.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Processes to work with.  [default: one for each core]")
+@click.option("--quiet", is_flag=True, help="Print nothing.")
+def study(
+    requirement: Path, out: Path | None, no_pdf: bool, only: tuple[str, ...], jobs: int | None, quiet: bool
+) -> None:
+    """Optimise, trace, score and rank every configuration for a requirement."""
+    from designer.requirement import read_requirement
+
+    asked = read_requirement(requirement)
+    if only:
+        asked = _restricted(asked, only)
+    folder = out or Path("reports") / asked.name
+    _make_folder(folder)
+
+    from designer.cli.progress import show_progress
+    from designer.study.run import run_study
+
+    names = tuple(configuration.name for configuration in asked.configurations) if only else ()
+    with show_progress(quiet=quiet) as progress:
+        run_study(asked, folder, jobs=jobs or _cores(), only=names, progress=progress)
+    pdf = None if no_pdf else _typeset(folder, quiet)
+    if not quiet:
+        click.echo(_result(folder, pdf))
+
+
+@click.command()
+@click.argument("folder", type=click.Path(path_type=Path), metavar="STUDY_FOLDER")
+def report(folder: Path) -> None:
+    """Typeset study.pdf again from the folder of a study."""
+    if not folder.is_dir():
+        raise InputError(f"{folder}: must be the folder of a study")
+    click.echo(_typeset(folder, quiet=True))
+
+
+def _typeset(folder: Path, quiet: bool) -> Path:
+    if not quiet:
+        click.echo("Typesetting study.pdf ...", err=True)
+    from designer.report.document import write_pdf
+
+    return write_pdf(folder)
+
+
+def _restricted(asked: Requirement, only: tuple[str, ...]) -> Requirement:
+    """The requirement for some configurations only, which the study's requirement.toml then says."""
+    from designer.requirement import set_key
+    from designer.requirement.selection import select_configurations
+
+    try:
+        select_configurations(only)
+    except ValueError as error:
+        raise InputError(f"--only: {error}") from None
+    return set_key(asked, "solve.configurations", list(only))
+
+
+def _make_folder(folder: Path) -> None:
+    """Find out now, and not after minutes of work, whether results can be written."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise InputError(f"{folder}: results cannot be written there: {error.strerror or error}") from None
+
+
+def _cores() -> int:
+    # Containers and schedulers often allow fewer cores than the machine has.
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _result(folder: Path, pdf: Path | None) -> str:
+    """Where the results are, how many configurations came to what, and the best designs."""
+    import csv
+    import io
+    from collections import Counter
+
+    from designer.cli.table import format_table
+    from designer.files import read_text
+
+    rows = list(csv.DictReader(io.StringIO(read_text(folder / "designs.csv"))))
+    feasible = [row for row in rows if row["status"] == "feasible"]
+    counts = ", ".join(f"{count} {status}" for status, count in Counter(row["status"] for row in rows).most_common())
+    header = ("rank", "configuration", "depth error", "of limit", "baseline mm", "height mm", "diameter mm")
+    lines = [
+        (
+            str(rank),
+            row["configuration"],
+            f"{100 * float(row['depth_error_rms']):.3f} %",
+            f"{float(row['limit_ratio']):.3f}",
+            *(f"{float(row[key]):.1f}" for key in ("baseline_mm", "height_mm", "diameter_mm")),
+        )
+        for rank, row in enumerate(feasible[:SHOWN_DESIGNS], 1)
+    ]
+    parts = [format_table(header, lines, right=(header[0], *header[2:]))] if lines else []
+    parts.append(f"{len(rows)} configurations: {counts}")
+    parts.append(f"{pdf}" if pdf else f"{folder / 'designs.csv'}")
+    return "\n".join(parts)
