@@ -1,0 +1,1 @@
+"""What people read: the study's figures and the typeset ``study.pdf``. All plotting lives here."""

@@ -1,0 +1,107 @@
+"""From a study's folder to its figures and ``study.pdf``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import resources
+from pathlib import Path
+
+import typst
+from matplotlib.figure import Figure
+
+from designer.files import write_atomically
+from designer.report.figures.cross_section import draw_cross_section
+from designer.report.figures.depth_error import draw_depth_error
+from designer.report.figures.depth_map import draw_depth_map
+from designer.report.figures.image_layout import draw_image_layout
+from designer.report.figures.resolution import draw_resolution
+from designer.report.figures.style import report_style, svg_bytes
+from designer.report.figures.trade import draw_fronts, draw_trade
+from designer.report.folder import StudyFolder, read_folder
+from designer.report.sections import Illustrations, source
+
+PANEL_MM = (82.0, 49.0)
+"""Width and height of a panel on a design's page."""
+
+_PANELS: dict[str, Callable[..., Figure]] = {
+    "image-layout": draw_image_layout,
+    "resolution": draw_resolution,
+    "depth-resolution": draw_depth_map,
+    "depth-error": draw_depth_error,
+}
+
+
+def write_pdf(study_dir: Path) -> Path:
+    """Draw a study's figures, typeset its report, and return the path of ``study.pdf``.
+
+    The same folder gives the same bytes. Every file appears whole or not at all; figures of an earlier report on the
+    same folder that no longer apply are removed.
+
+    Raises
+    ------
+    InputError
+        A file of the study is absent or cannot be understood.
+    """
+    study = read_folder(study_dir)
+    illustrations = draw_figures(study)
+    pdf = typeset(study, illustrations)
+    figures = study_dir / "figures"
+    for name, svg in illustrations.files.items():
+        write_atomically(figures / name, svg)
+    for stale in figures.glob("*.svg"):
+        if stale.name not in illustrations.files and stale.name.startswith(_OUR_FIGURES):
+            stale.unlink()
+    path = study_dir / "study.pdf"
+    write_atomically(path, pdf)
+    return path
+
+
+_OUR_FIGURES = ("cross-section-", "trade-", "fronts-", *(f"{panel}-" for panel in _PANELS))
+
+
+def typeset(study: StudyFolder, illustrations: Illustrations) -> bytes:
+    """The report as PDF bytes."""
+    files = {f"figures/{name}": svg for name, svg in illustrations.files.items()}
+    texts = resources.files("designer.report.typesetting")
+    for name in ("style.typ", "method.typ"):
+        files[name] = texts.joinpath(name).read_bytes()
+    files["main.typ"] = source(study, illustrations).encode("utf-8")
+    pdf: bytes = typst.compile(files, format="pdf", ignore_system_fonts=True, font_paths=[])
+    return pdf
+
+
+def draw_figures(study: StudyFolder) -> Illustrations:
+    """Every figure of the report."""
+    illustrations = Illustrations()
+    with report_style():
+        for place, (_, design) in enumerate(study.best()):
+            if place == 0:
+                winner = draw_cross_section(design, 170.0, 112.0)
+                name = f"cross-section-winner-{design.configuration}.svg"
+                illustrations.files[name] = svg_bytes(winner.figure)
+                illustrations.scales[name] = winner.scale
+                layout = draw_image_layout(design, 96.0, 68.0)
+                illustrations.files[f"image-layout-winner-{design.configuration}.svg"] = svg_bytes(layout)
+            drawing = draw_cross_section(design, 97.0, 80.0)
+            name = f"cross-section-{design.configuration}.svg"
+            illustrations.files[name] = svg_bytes(drawing.figure)
+            illustrations.scales[name] = drawing.scale
+            for panel, draw in _PANELS.items():
+                illustrations.files[f"{panel}-{design.configuration}.svg"] = svg_bytes(draw(design, *PANEL_MM))
+        if study.feasible:
+            _draw_trades(study, illustrations)
+    return illustrations
+
+
+def _draw_trades(study: StudyFolder, illustrations: Illustrations) -> None:
+    envelope = study.requirement.get("envelope", {})
+    ranks = {row.configuration: row.rank or 0 for row in study.feasible}
+    for swept in ("height_mm", "diameter_mm"):
+        word = swept.removesuffix("_mm")
+        limit = envelope.get(swept)
+        plot = draw_trade(study.feasible, swept, limit, 165.0, 92.0)
+        illustrations.files[f"trade-{word}.svg"] = svg_bytes(plot.figure)
+        illustrations.keys[f"trade-{word}.svg"] = plot.key
+        if any(point.swept == swept and point.depth_error_rms is not None for point in study.fronts):
+            fronts = draw_fronts(study.fronts, ranks, swept, limit, 165.0, 84.0)
+            illustrations.files[f"fronts-{word}.svg"] = svg_bytes(fronts)

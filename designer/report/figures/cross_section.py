@@ -1,0 +1,258 @@
+"""The system cut along its axis, to scale, with traced rays of both views and the dimensions a shop asks for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib import patheffects
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+
+from designer.design import Design, Mirror, View
+from designer.evaluate.mirrors import surface_of
+from designer.report.figures.style import GREY, INK, LIGHT_GREY, VIEW_COLOUR, VIEW_LINE, new_figure
+from designer.verify.tracer import meridional_rays
+
+SCALES = (0.5, 0.75, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 20.0, 30.0, 50.0)
+"""Reductions 1 : n in which drawings are made, the first that fits."""
+
+SIDE_MM, TOP_MM, BOTTOM_MM = 12.0, 11.0, 2.0
+"""Paper around the drawing, for the dimension lines."""
+
+VIEWPOINT_MARKER = {"upper": "^", "lower": "v"}
+_HALO = [patheffects.withStroke(linewidth=2.0, foreground="white")]
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """A finished drawing and its reduction 1 : ``scale``."""
+
+    figure: Figure
+    scale: float
+
+
+def draw_cross_section(design: Design, width_mm: float, height_mm: float) -> Drawing:
+    """Draw a design within a space on paper: the upper view's rays on the right, the lower view's on the left.
+
+    Rays fan out over the elevations asked of each view; dotted lines lead the leaving rays back to the viewpoint.
+    """
+    outline = _Outline.of(design)
+    low, high = outline.low - 0.05 * outline.height, outline.high + 0.05 * outline.height
+    free_width, free_height = width_mm - 2 * SIDE_MM, height_mm - TOP_MM - BOTTOM_MM
+    scale = _scale(2 * 1.4 * outline.half_width, high - low, free_width, free_height)
+    # Paper left over goes to the leaving rays.
+    half_width = min(free_width * scale / 2, 2.4 * outline.half_width)
+    paper_height = (high - low) / scale + TOP_MM + BOTTOM_MM
+    figure = new_figure(width_mm, paper_height, constrained=False)
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.set_axis_off()
+    axes.set_xlim(-width_mm * scale / 2, width_mm * scale / 2)
+    axes.set_ylim(low - BOTTOM_MM * scale, high + TOP_MM * scale)
+
+    frame = _Frame(-half_width, half_width, low, high)
+    axes.plot([0, 0], [low, high], color=GREY, linewidth=0.5, linestyle=(0, (8, 2, 1.5, 2)), zorder=1)
+    for name, side in (("upper", 1.0), ("lower", -1.0)):
+        _draw_rays(axes, design, name, side, frame)
+    _draw_camera(axes, design, frame)
+    for mirror in design.mirrors:
+        _draw_mirror(axes, mirror)
+    _draw_balloons(axes, design, scale)
+    _draw_viewpoints(axes, design, scale)
+    _draw_dimensions(axes, design, outline, frame, scale)
+    return Drawing(figure, scale)
+
+
+@dataclass(frozen=True, slots=True)
+class _Frame:
+    left: float
+    right: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Outline:
+    """What has to fit into the drawing, and the extent that the height measures."""
+
+    half_width: float
+    low: float
+    high: float
+    head_low: float
+    head_high: float
+
+    @property
+    def height(self) -> float:
+        return self.high - self.low
+
+    @classmethod
+    def of(cls, design: Design) -> _Outline:
+        camera = design.camera
+        levels = [level for mirror in design.mirrors for level in _extent(mirror)]
+        head_low, head_high = min(camera.lens_front_mm, *levels), max(levels)
+        viewpoints = [design.views.upper.viewpoint_mm, design.views.lower.viewpoint_mm]
+        barrel_end = camera.lens_front_mm - camera.lens_length_mm
+        low = min(0.0, head_low, *viewpoints, max(barrel_end, head_low - 0.2 * (head_high - head_low)))
+        high = max(head_high, *viewpoints)
+        half_width = max(max(mirror.outer_radius_mm for mirror in design.mirrors), 0.3 * (high - low))
+        return cls(half_width, low, high, head_low, head_high)
+
+
+def _extent(mirror: Mirror) -> tuple[float, float]:
+    radii = np.array([mirror.inner_radius_mm, mirror.outer_radius_mm])
+    heights = surface_of(mirror).height(radii)
+    back = heights + _backwards(mirror) * mirror.thickness_mm
+    return float(min(heights.min(), back.min())), float(max(heights.max(), back.max()))
+
+
+def _backwards(mirror: Mirror) -> float:
+    return 1.0 if mirror.faces == "down" else -1.0
+
+
+def _scale(width: float, height: float, paper_width: float, paper_height: float) -> float:
+    needed = max(width / paper_width, height / paper_height)
+    return next((scale for scale in SCALES if scale >= needed), needed)
+
+
+def _draw_rays(axes: Axes, design: Design, name: str, side: float, frame: _Frame) -> None:
+    view: View = getattr(design.views, name)
+    low, high = view.elevation_deg
+    elevations = np.linspace(low, high, 5)
+    length = 4.0 * (frame.right + frame.high - frame.low)
+    colour, style = VIEW_COLOUR[name], VIEW_LINE[name]
+    for index, ray in enumerate(meridional_rays(design, name, elevations, length)):
+        path = np.array(ray, dtype=float)
+        if len(path) < 2:
+            continue
+        # Turned so that the ray leaves on this view's side of the drawing.
+        path[:, 0] *= side * (1.0 if path[-1, 0] >= 0 else -1.0)
+        path[-1] = _clip_to_frame(path[-2], path[-1], frame)
+        at_end = index in (0, len(elevations) - 1)
+        width = 1.0 if at_end else 0.45
+        axes.plot(path[:, 0], path[:, 1], color=colour, linestyle=style, linewidth=width, zorder=3)
+        axes.plot(
+            [path[-2, 0], 0.0], [path[-2, 1], view.viewpoint_mm], color=colour, linestyle=":", linewidth=0.5, zorder=2
+        )
+
+
+def _clip_to_frame(start: np.ndarray, end: np.ndarray, frame: _Frame) -> np.ndarray:
+    """The point where a leaving ray meets the edge of the drawing."""
+    step = end - start
+    fractions = [1.0]
+    for axis, (least, greatest) in enumerate(((frame.left, frame.right), (frame.low, frame.high))):
+        if step[axis] != 0.0:
+            bound = greatest if step[axis] > 0 else least
+            fractions.append(max((bound - start[axis]) / step[axis], 0.0))
+    clipped: np.ndarray = start + min(fractions) * step
+    return clipped
+
+
+def _draw_camera(axes: Axes, design: Design, frame: _Frame) -> None:
+    camera = design.camera
+    barrel_low = camera.lens_front_mm - camera.lens_length_mm
+    bottom = min(frame.low, camera.lens_front_mm)
+    barrel = ((camera.lens_radius_mm, max(barrel_low, bottom), camera.lens_front_mm), "#eeeeee")
+    boxes = [barrel]
+    if barrel_low > bottom:
+        boxes.append(((camera.body_radius_mm, bottom, barrel_low), "#dddddd"))
+    for (radius, low, high), colour in boxes:
+        corners = [(-radius, low), (-radius, high), (radius, high), (radius, low)]
+        axes.add_patch(Polygon(corners, closed=False, facecolor=colour, edgecolor=GREY, linewidth=0.7, zorder=2.5))
+
+
+def _draw_mirror(axes: Axes, mirror: Mirror) -> None:
+    radii = np.linspace(mirror.inner_radius_mm, mirror.outer_radius_mm, 120)
+    face = surface_of(mirror).height(radii)
+    back = face + _backwards(mirror) * mirror.thickness_mm
+    for side in (-1.0, 1.0):
+        outline = np.column_stack([np.r_[side * radii, side * radii[::-1]], np.r_[face, back[::-1]]])
+        axes.add_patch(Polygon(outline, facecolor=LIGHT_GREY, edgecolor=GREY, linewidth=0.4, zorder=4))
+        axes.plot(side * radii, face, color=INK, linewidth=1.7, solid_capstyle="butt", zorder=5)
+
+
+def _draw_balloons(axes: Axes, design: Design, scale: float) -> None:
+    """Number the mirrors as in the prescription, behind each mirror where no light passes."""
+    step = 4.2 * scale
+    taken: list[tuple[float, float]] = [
+        (0.0, view.viewpoint_mm) for view in (design.views.upper, design.views.lower)
+    ]
+    for number, mirror in enumerate(design.mirrors, start=1):
+        radius = (mirror.inner_radius_mm + mirror.outer_radius_mm) / 2
+        back = float(surface_of(mirror).height(radius)) + _backwards(mirror) * mirror.thickness_mm
+        anchor = (-radius, back)
+        candidates = [
+            (anchor[0] + sideways * step, back + _backwards(mirror) * away * step)
+            for away in (1.0, 1.6, 2.3, 3.0)
+            for sideways in (0.0, -0.8, 0.8, -1.6, 1.6)
+        ]
+        place = next((spot for spot in candidates if _is_clear(spot, taken, step)), candidates[0])
+        taken.append(place)
+        axes.plot([anchor[0], place[0]], [anchor[1], place[1]], color=INK, linewidth=0.5, zorder=6)
+        axes.text(
+            *place,
+            str(number),
+            ha="center",
+            va="center",
+            fontsize=8.0,
+            zorder=7,
+            bbox={"boxstyle": "circle,pad=0.22", "facecolor": "white", "edgecolor": INK, "linewidth": 0.6},
+        )
+
+
+def _is_clear(spot: tuple[float, float], taken: list[tuple[float, float]], distance: float) -> bool:
+    return all(np.hypot(spot[0] - other[0], spot[1] - other[1]) > 1.1 * distance for other in taken)
+
+
+def _draw_viewpoints(axes: Axes, design: Design, scale: float) -> None:
+    marks = [(0.0, "$O$", INK, "x")]
+    for name, symbol in (("upper", "$F_u$"), ("lower", "$F_l$")):
+        view: View = getattr(design.views, name)
+        marks.append((view.viewpoint_mm, symbol, VIEW_COLOUR[name], VIEWPOINT_MARKER[name]))
+    marks.sort()
+    heights = [height for height, *_ in marks]
+    for index, (height, symbol, colour, marker) in enumerate(marks):
+        axes.plot([0.0], [height], marker=marker, color=colour, markersize=5.0, zorder=8, linestyle="none")
+        # The pinhole and the lower viewpoint often lie close together: push their labels apart.
+        crowded_above = index + 1 < len(heights) and heights[index + 1] - height < 4.0 * scale
+        crowded_below = index > 0 and height - heights[index - 1] < 4.0 * scale
+        shift = (-1.6 if crowded_above else 0.0) + (1.6 if crowded_below else 0.0)
+        label = axes.text(
+            1.9 * scale, height + shift * scale, symbol, color=colour, ha="left", va="center", fontsize=9.0, zorder=9
+        )
+        label.set_path_effects(_HALO)
+
+
+def _draw_dimensions(axes: Axes, design: Design, outline: _Outline, frame: _Frame, scale: float) -> None:
+    gap = 4.0 * scale
+    left, right, top = frame.left - gap, frame.right + gap, frame.high + gap
+    widest = max(design.mirrors, key=lambda mirror: mirror.outer_radius_mm)
+    rim = float(surface_of(widest).height(widest.outer_radius_mm))
+    for height in (outline.head_low, outline.head_high):
+        _extension(axes, (0.0, height), (left - 0.3 * gap, height))
+    for view in (design.views.upper, design.views.lower):
+        _extension(axes, (0.0, view.viewpoint_mm), (right + 0.3 * gap, view.viewpoint_mm))
+    for side in (-1.0, 1.0):
+        radius = side * widest.outer_radius_mm
+        _extension(axes, (radius, rim), (radius, top + 0.3 * gap))
+    _dimension(axes, (left, outline.head_low), (left, outline.head_high), f"$H$ = {design.height_mm:.1f}", -1, scale)
+    low, high = sorted((design.views.lower.viewpoint_mm, design.views.upper.viewpoint_mm))
+    _dimension(axes, (right, low), (right, high), f"$b$ = {design.baseline_mm:.1f}", 1, scale)
+    radius = widest.outer_radius_mm
+    _dimension(axes, (-radius, top), (radius, top), f"$W$ = {design.diameter_mm:.1f}", 0, scale)
+
+
+def _extension(axes: Axes, start: tuple[float, float], end: tuple[float, float]) -> None:
+    axes.plot([start[0], end[0]], [start[1], end[1]], color="#9a9a9a", linewidth=0.35, zorder=0.5)
+
+
+def _dimension(
+    axes: Axes, start: tuple[float, float], end: tuple[float, float], text: str, outwards: int, scale: float
+) -> None:
+    arrow = {"arrowstyle": "<|-|>", "color": INK, "linewidth": 0.6, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 6}
+    axes.annotate("", xy=end, xytext=start, arrowprops=arrow, zorder=6)
+    x, y = (start[0] + end[0]) / 2, (start[1] + end[1]) / 2
+    if outwards == 0:
+        axes.text(x, y + 0.8 * scale, text, ha="center", va="bottom", fontsize=8.5)
+    else:
+        axes.text(x + outwards * 2.6 * scale, y, text, ha="center", va="center", rotation=90, fontsize=8.5)

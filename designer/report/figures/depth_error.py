@@ -1,0 +1,62 @@
+"""Relative depth error against distance: first order, its honesty limit, and a Monte Carlo through the tracer."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, NullFormatter
+
+from designer.design import Design
+from designer.evaluate.depth import FIRST_ORDER_BOUND, depth_error_map, stereo_pair_of
+from designer.report.figures.style import BLUE, GREEN, GREY, INK, VERMILLION, new_figure
+from designer.verify.montecarlo import depth_error_by_distance
+
+MONTE_CARLO_SAMPLES = 2000
+"""Noisy projections at each distance: the error bar of an rms is then 1.6 percent."""
+
+
+def draw_depth_error(design: Design, width_mm: float, height_mm: float) -> Figure:
+    """Draw sigma_D / D in percent over the working distances, at the lowest, middle and highest elevation.
+
+    The points are noisy projections traced at random elevations; the thick grey line is first order, rms over
+    elevation, which they should meet as long as it stays below the honesty limit.
+    """
+    noise_mm = design.noise_px * design.camera.pixel_pitch_mm
+    pair = stereo_pair_of(design)
+    low, high = design.working_volume.elevation_deg
+    near, far = design.working_volume.distance_mm
+    distances = np.geomspace(near, far, 120)
+    figure = new_figure(width_mm, height_mm)
+    axes = figure.add_subplot()
+    for elevation, colour, style in ((low, VERMILLION, "--"), ((low + high) / 2, GREEN, "-."), (high, BLUE, "-")):
+        error = depth_error_map(pair, np.radians(elevation), distances, noise_mm)
+        axes.plot(distances / 1000, 100 * error, color=colour, linestyle=style, label=f"{elevation:g}°".replace("-", "−"), linewidth=1.0)
+    elevations = np.radians(np.linspace(low, high, 33))[:, None]
+    rms = np.sqrt(np.mean(depth_error_map(pair, elevations, distances, noise_mm) ** 2, axis=0))
+    axes.plot(distances / 1000, 100 * rms, color=GREY, linewidth=2.6, alpha=0.5, label="rms", zorder=1)
+    sampled = np.geomspace(near, far, 6)
+    monte_carlo = depth_error_by_distance(design, sampled, samples=MONTE_CARLO_SAMPLES, seed=0)
+    axes.plot(sampled / 1000, 100 * monte_carlo, "o", color=INK, markersize=3.5, label="traced", markerfacecolor="none")
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    shown = np.concatenate([100 * rms, axes.get_ylim()])
+    if shown.max() > 100 * FIRST_ORDER_BOUND / 4:
+        axes.axhline(100 * FIRST_ORDER_BOUND, color=INK, linewidth=0.8, linestyle=":", label="first order ends")
+    plain = FuncFormatter(lambda value, _: f"{value:g}")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(plain)
+        axis.set_minor_formatter(NullFormatter())
+    axes.set_xticks(_round_ticks(near / 1000, far / 1000))
+    axes.set_yticks(_round_ticks(*axes.get_ylim()))
+    axes.grid(True)
+    axes.set_xlabel("distance from the axis $D$ (m)")
+    axes.set_ylabel("depth error $\\sigma_D/D$ (%)")
+    figure.legend(loc="outside upper center", ncols=3, columnspacing=1.0)
+    return figure
+
+
+def _round_ticks(low: float, high: float) -> list[float]:
+    """Values 1, 2, 3 and 5 times a power of ten within a range, at least its ends if there are none."""
+    powers = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
+    ticks = [digit * 10.0**power for power in powers for digit in (1, 2, 3, 5)]
+    return [tick for tick in ticks if low * 0.999 <= tick <= high * 1.001] or [low, high]

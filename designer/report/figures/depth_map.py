@@ -1,0 +1,64 @@
+"""Where depth is resolved: the points that pairs of pixels of one epipolar plane can give, as in the paper's figure 6."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from designer.design import Design
+from designer.evaluate.resolution import epipolar_lattice
+from designer.report.figures.style import INK, LIGHT_GREY, VIEW_COLOUR, new_figure
+
+IMAGE_CIRCLE_PX = 400
+"""Diameter of the image circle, in pixels, for which the map is drawn: few enough for the points to stay apart."""
+
+
+def draw_depth_map(design: Design, width_mm: float, height_mm: float) -> Figure:
+    """Draw the reconstructed point of every pair of pixels of an image circle coarsened to 400 px across.
+
+    The outline is the working volume, the triangles on the axis are the viewpoints. Heights are measured from the
+    middle of the baseline.
+    """
+    distance_mm, level_mm = epipolar_lattice(coarsened(design))
+    middle = (design.views.upper.viewpoint_mm + design.views.lower.viewpoint_mm) / 2
+    far = design.working_volume.distance_mm[1]
+    outline = _outline(design)
+    low, high = min(outline[:, 1].min(), -0.3 * far), max(outline[:, 1].max(), 0.3 * far)
+    shown = (distance_mm < 1.02 * far) & (level_mm - middle > 1.05 * low) & (level_mm - middle < 1.05 * high)
+    figure = new_figure(width_mm, height_mm)
+    axes = figure.add_subplot()
+    axes.fill(*(outline.T / 1000), facecolor=LIGHT_GREY + "60", edgecolor=LIGHT_GREY, linewidth=0.8, zorder=1)
+    axes.plot(
+        distance_mm[shown] / 1000, (level_mm[shown] - middle) / 1000, ".", color=INK, markersize=1.3, mew=0, zorder=2
+    )
+    for name, marker in (("upper", "^"), ("lower", "v")):
+        level = getattr(design.views, name).viewpoint_mm - middle
+        axes.plot([0], [level / 1000], marker=marker, color=VIEW_COLOUR[name], clip_on=False, markersize=4, zorder=3)
+    axes.set_xlim(0, 1.02 * far / 1000)
+    axes.set_ylim(1.05 * low / 1000, 1.05 * high / 1000)
+    axes.set_xlabel("distance from the axis $D$ (m)")
+    axes.set_ylabel("height (m)")
+    return figure
+
+
+def coarsened(design: Design) -> Design:
+    """The same design on a sensor with pixels so large that the image circle is 400 pixels across."""
+    camera = design.camera
+    radius_px = camera.image_radius_mm / camera.pixel_pitch_mm
+    factor = 2 * radius_px / IMAGE_CIRCLE_PX
+    coarse = camera.model_copy(
+        update={
+            "pixel_pitch_mm": camera.pixel_pitch_mm * factor,
+            "width_px": max(round(camera.width_px / factor), 1),
+            "height_px": max(round(camera.height_px / factor), 1),
+            "image_circle_radius_px": IMAGE_CIRCLE_PX / 2,
+        }
+    )
+    return design.model_copy(update={"camera": coarse})
+
+
+def _outline(design: Design) -> np.ndarray:
+    """Corners (distance, height from the middle of the baseline) of the working volume, mm."""
+    low, high = np.tan(np.radians(design.working_volume.elevation_deg))
+    near, far = design.working_volume.distance_mm
+    return np.array([(near, near * low), (far, far * low), (far, far * high), (near, near * high)])

@@ -1,0 +1,69 @@
+"""How the figures look: sizes in millimetres, one colour-blind safe palette, and SVG bytes that never change."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import matplotlib as mpl
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+
+MM_PER_INCH = 25.4
+POINTS_PER_MM = 72.0 / MM_PER_INCH
+
+# Okabe and Ito's palette; line styles and markers always say the same thing once more, for print in grey.
+BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
+INK, GREY, LIGHT_GREY = "#1a1a1a", "#6b6b6b", "#c9c9c9"
+VIEW_COLOUR = {"upper": BLUE, "lower": VERMILLION}
+VIEW_LINE = {"upper": "-", "lower": "--"}
+SERIES = ((BLUE, "-", "o"), (VERMILLION, "--", "s"), (GREEN, "-.", "^"), (PURPLE, ":", "D"), (ORANGE, "-", "v"))
+
+_SETTINGS = {
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 8.5,
+    "axes.titlesize": 8.5,
+    "axes.labelsize": 8.5,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "legend.fontsize": 8.0,
+    "legend.frameon": False,
+    "legend.handlelength": 2.6,
+    "axes.linewidth": 0.6,
+    "axes.edgecolor": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "grid.linewidth": 0.35,
+    "grid.color": LIGHT_GREY,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "lines.linewidth": 1.3,
+    "lines.markersize": 4.0,
+    "hatch.linewidth": 0.5,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "designer",
+}
+
+
+@contextmanager
+def report_style() -> Iterator[None]:
+    """Matplotlib settings of the report, for the length of a with block."""
+    with mpl.rc_context(_SETTINGS):
+        yield
+
+
+def new_figure(width_mm: float, height_mm: float, *, constrained: bool = True) -> Figure:
+    """An empty figure of a given size on paper."""
+    layout = "constrained" if constrained else None
+    figure = Figure(figsize=(width_mm / MM_PER_INCH, height_mm / MM_PER_INCH), layout=layout)
+    FigureCanvasSVG(figure)
+    return figure
+
+
+def svg_bytes(figure: Figure) -> bytes:
+    """The figure as SVG, without date or other noise: equal figures give equal bytes."""
+    stream = io.BytesIO()
+    figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+    return stream.getvalue()

@@ -1,0 +1,303 @@
+"""The report's sections as Typst source, made from a study folder and the figures drawn of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+from designer.design import Design, View
+from designer.evaluate.resolution import smallest_object
+from designer.report.figures.depth_map import IMAGE_CIRCLE_PX
+from designer.report.folder import Row, StudyFolder
+from designer.report.typesetting.markup import call, cells, literal, number, plain_number, text
+from designer.report.typesetting.requirement import facts_argument, requirement_groups
+from designer.report.typesetting.tables import (
+    PAPER_CONFIGURATION,
+    closest,
+    paper_comparison,
+    percent,
+    prescription,
+    ranking,
+)
+from designer.report.typesetting.verdict import configuration_in_words, verdict
+
+PAPER_STUDY = "indoor_robot"
+"""The requirement taken from the paper's prototype, which is then shown beside the paper's numbers."""
+
+
+@dataclass(frozen=True, slots=True)
+class Illustrations:
+    """The figures: SVG bytes by file name, the drawings' reductions, and the keys of the trade plots' letters."""
+
+    files: dict[str, bytes] = field(default_factory=dict)
+    scales: dict[str, float] = field(default_factory=dict)
+    keys: dict[str, dict[str, str]] = field(default_factory=dict)
+
+
+def source(study: StudyFolder, illustrations: Illustrations) -> str:
+    """The whole report as Typst source; it includes style.typ, method.typ and figures/*.svg."""
+    parts = [
+        '#import "style.typ": *\n',
+        f"#show: report.with(study: {literal(study.name)}, title: {literal(study.title)})\n",
+        front(study),
+        paper(study),
+        winner(study, illustrations) if study.feasible else nothing_feasible(study),
+        ranking_section(study),
+        trade(study, illustrations) if study.feasible else "",
+        *(design_page(row, design, illustrations) for row, design in study.best()),
+        "#pagebreak(weak: true)\n",
+        '#include "method.typ"\n',
+        provenance(study),
+    ]
+    return "\n".join(parts)
+
+
+def front(study: StudyFolder) -> str:
+    """Title, verdict and requirement."""
+    description = str(study.requirement.get("description") or "")
+    lines = [
+        f'#align(center, block(below: 1.2em, text(size: 19pt, weight: "bold", {literal(study.title)})))',
+        f"#align(center, block(width: 88%, emph({literal(' '.join(description.split()))})))" if description else "",
+        "= Verdict",
+        verdict(study),
+        "= Requirement",
+        requirement_table(study),
+    ]
+    return "\n".join(lines)
+
+
+def requirement_table(study: StudyFolder) -> str:
+    """The requirement in two columns of about equal length."""
+    groups = requirement_groups(study.requirement)
+    lengths = [1.2 + len(facts) for _, facts in groups]
+    split = min(range(len(groups) + 1), key=lambda count: abs(sum(lengths[:count]) - sum(lengths[count:])))
+    halves = [call("facts", facts_argument(half)) for half in (groups[:split], groups[split:]) if half]
+    return "#grid(columns: (1fr, 1fr), column-gutter: 6mm, " + ", ".join(f"[{half}]" for half in halves) + ")"
+
+
+def winner(study: StudyFolder, illustrations: Illustrations) -> str:
+    """The winner's cross-section, prescription and image layout."""
+    (row, design), *_ = study.best(1)
+    name = f"cross-section-winner-{design.configuration}.svg"
+    caption = (
+        f"{text('The winner, ')}#name-of({literal(design.configuration)}){text(', ' + _scale_words(illustrations, name))} "
+        "Lengths in mm. Solid blue: the upper view (right); dashed red: the lower view (left); each at five elevations "
+        "of its asked range, the ends drawn thick. Dotted lines lead back to the effective viewpoints $F_u$ and $F_l$; "
+        "$O$ is the camera's pinhole, and the numbers are those of the prescription. Grey: substrates, lens and camera."
+    )
+    words = configuration_in_words(design.configuration)
+    lines = [
+        "#pagebreak(weak: true)",
+        "= The winning design <winner>",
+        text(f"{words[0].upper()}{words[1:]}. Variant: {row.text('variant') or 'only one'}.") if words else "",
+        f"#figure(image({literal('figures/' + name)}), caption: [{caption}])",
+        f"#figure({_as_argument(prescription(design))}, caption: [{PRESCRIPTION_CAPTION}])",
+        "#grid(columns: (96mm, 1fr), column-gutter: 5mm,",
+        f"  panel([Image layout], image({literal('figures/' + _layout_name(design, large=True))})),",
+        f"  [{call('facts', facts_argument(design_groups(row, design)), size='7.8pt')}],",
+        ")",
+    ]
+    return "\n".join(lines)
+
+
+PRESCRIPTION_CAPTION = (
+    "Prescription. The vertex is measured along the axis from the pinhole; a positive radius has its centre of "
+    "curvature above the vertex. The face spans inner to outer $R$; the substrate lies behind it."
+)
+
+
+def nothing_feasible(study: StudyFolder) -> str:
+    """What came closest, when no design met the requirement."""
+    infeasible = study.with_status("infeasible")
+    if not any(row.text("closest_constraint") for row in infeasible):
+        return ""
+    lines = [
+        "= What came closest",
+        text(
+            "For each configuration without a feasible design: the constraint that came closest at the point of least "
+            "largest scaled violation, and by how much it is missed there."
+        ),
+        closest(infeasible),
+    ]
+    return "\n\n".join(lines)
+
+
+def paper(study: StudyFolder) -> str:
+    """The paper's prototype beside our design of its configuration, for the requirement made from it."""
+    row = study.row(PAPER_CONFIGURATION)
+    if study.name != PAPER_STUDY or row is None:
+        return ""
+    title = literal("The paper's prototype (Jang, Kim and Kweon, 2005) beside this study's design")
+    if row.status != "feasible":
+        told = text(f"{PAPER_CONFIGURATION} is {row.status} here: {row.reason}")
+        return f"#boxed({title})[{told}]\n"
+    intro = text(f"Configuration {PAPER_CONFIGURATION}, figure 4 (c) of the paper; rank {row.rank} here.")
+    return f"#boxed({title})[{intro}\n{paper_comparison(study.designs[PAPER_CONFIGURATION], row)}]\n"
+
+
+def ranking_section(study: StudyFolder) -> str:
+    """All configurations with status and reason."""
+    note = (
+        "$sigma_D\\/D$ is the rms relative depth error over the working volume; the limit ratio compares it with the "
+        "least that any mirrors could reach at the design's own baseline and principal distance ($1.000$: proven "
+        "optimal). $b$ baseline, $H$ height, $W$ diameter. Statuses are defined in @method."
+    )
+    return f"#pagebreak(weak: true)\n= Ranking of all configurations <ranking>\n{note}\n\n{ranking(study.rows)}"
+
+
+def trade(study: StudyFolder, illustrations: Illustrations) -> str:
+    """Depth error against height and diameter: all feasible designs, and the fronts of the best."""
+    lines = ["#pagebreak(weak: true)", "= Trade-offs <trade>"]
+    for swept, word in (("height_mm", "height"), ("diameter_mm", "diameter")):
+        name = f"trade-{swept.removesuffix('_mm')}.svg"
+        key = "; ".join(f"{letter}: {ranks}" for letter, ranks in illustrations.keys.get(name, {}).items())
+        caption = f"Depth error against {word}, each feasible design by its rank (@ranking)."
+        caption += text(f" Near-ties: {key}.") if key else ""
+        lines.append(f"#figure(image({literal('figures/' + name)}), caption: [{caption}])")
+    fronts = [name for name in ("fronts-height.svg", "fronts-diameter.svg") if name in illustrations.files]
+    if fronts:
+        images = ", ".join(f"image({literal('figures/' + name)})" for name in fronts)
+        caption = (
+            "The least depth error of the best designs as the height (above) and the diameter (below) allowed shrink, "
+            "everything else as required. A bar at the end of a line: nothing smaller was found feasible."
+        )
+        lines.append(f"#figure(stack(spacing: 3mm, {images}), caption: [{caption}])")
+    return "\n".join(lines)
+
+
+def design_page(row: Row, design: Design, illustrations: Illustrations) -> str:
+    """One page for one of the best designs."""
+    configuration = design.configuration
+    section = f"cross-section-{configuration}.svg"
+    panels = [
+        ("Image layout", _layout_name(design)),
+        ("Angular resolution", f"resolution-{configuration}.svg"),
+        ("Depth resolution", f"depth-resolution-{configuration}.svg"),
+        ("Depth error against distance", f"depth-error-{configuration}.svg"),
+    ]
+    grid = ",\n  ".join(f"panel([{title}], image({literal('figures/' + name)}))" for title, name in panels)
+    lines = [
+        "#pagebreak(weak: true)",
+        f"== Rank {row.rank}: #name-of({literal(configuration)})" if (row.rank or 1) > 1 else _first_heading(row),
+        "#grid(columns: (97mm, 1fr), column-gutter: 4mm,",
+        f"  [#image({literal('figures/' + section)})#align(center, text(size: 8pt)[{text(_scale_words(illustrations, section))}])],",
+        f"  [{call('facts', facts_argument(design_groups(row, design)), size='7.6pt')}],",
+        ")",
+        prescription(design),
+        f"#grid(columns: (1fr, 1fr), column-gutter: 4mm, row-gutter: 2.5mm,\n  {grid},\n)",
+    ]
+    return "\n".join(lines)
+
+
+def _first_heading(row: Row) -> str:
+    intro = (
+        "= The best designs <best>\n"
+        "Drawings as in @winner. Depth resolution: where pairs of pixels of one epipolar plane put a point (the paper's "
+        f"figure 6), on an image circle of {IMAGE_CIRCLE_PX} px. Depth error: lines first order, circles traced.\n"
+    )
+    return f"{intro}== Rank {row.rank}: #name-of({literal(row.configuration)})"
+
+
+def design_groups(row: Row, design: Design) -> list[tuple[str, list[tuple[str, str]]]]:
+    """What a page says about a design beside its drawing."""
+    return [
+        ("Performance", [*performance_facts(row), *smallest_object_facts(design)]),
+        ("Size and making", size_facts(row)),
+        ("Views", view_facts(design)),
+    ]
+
+
+def smallest_object_facts(design: Design) -> list[tuple[str, str]]:
+    """Height and width of the smallest object that both views resolve, at the nearest and the farthest distance."""
+    distances = design.working_volume.distance_mm
+    smallest = smallest_object(design, distances)
+    return [
+        (f"resolved at {plain_number(distance)} mm", f"{number(float(height), 1)} × {number(float(width), 1)} mm (2 px)")
+        for distance, height, width in zip(distances, smallest.height_mm, smallest.width_mm, strict=True)
+    ]
+
+
+def performance_facts(row: Row) -> list[tuple[str, str]]:
+    """Depth error, limit, and what the second stage gave up."""
+    facts = [
+        ("rms depth error", f"{percent(row.number('depth_error_rms'))} %"),
+        ("worst depth error", f"{percent(row.number('depth_error_worst'))} %"),
+        ("limit ratio", number(row.number("limit_ratio"), 4)),
+        (
+            "first stage alone",
+            f"{percent(row.number('first_stage_depth_error_rms'))} %, "
+            f"{number(row.number('first_stage_height_mm'), 1)} mm tall, "
+            f"{number(row.number('first_stage_diameter_mm'), 1)} mm wide",
+        ),
+    ]
+    return [fact for fact in facts if not fact[1].startswith("–")]
+
+
+def size_facts(row: Row) -> list[tuple[str, str]]:
+    """Dimensions, lens, and the tightest clearance."""
+    where = row.text("smallest_clearance_where")
+    facts = [
+        ("baseline", f"{number(row.number('baseline_mm'), 2)} mm"),
+        ("height", f"{number(row.number('height_mm'), 2)} mm"),
+        ("diameter", f"{number(row.number('diameter_mm'), 2)} mm"),
+        ("volume", f"{number(row.number('volume_cm3'), 0)} cm³"),
+        ("widest mirror", f"{number(row.number('largest_mirror_diameter_mm'), 2)} mm"),
+        ("steepest slope", f"{number(row.number('largest_slope_deg'), 1)}°"),
+        ("principal distance", f"{number(row.number('focal_length_mm'), 3)} mm"),
+        ("lens", row.text("lens")),
+        ("variant", row.text("variant")),
+        ("least clearance", f"{number(row.number('smallest_clearance_mm'), 3)} mm" + (f": {where}" if where else "")),
+    ]
+    return [fact for fact in facts if fact[1] and not fact[1].startswith("–")]
+
+
+def view_facts(design: Design) -> list[tuple[str, str]]:
+    """Elevation range, gain and viewpoint of both views."""
+    facts = []
+    for name in ("upper", "lower"):
+        view: View = getattr(design.views, name)
+        low, high = view.elevation_deg
+        facts.append((f"{name}: elevation", f"{number(low, 2)}° to {number(high, 2)}°"))
+        facts.append((f"{name}: gain κ, zone", f"{number(view.gain, 6)}, {view.zone}"))
+        facts.append((f"{name}: viewpoint", f"{number(view.viewpoint_mm, 3)} mm"))
+    return facts
+
+
+def provenance(study: StudyFolder) -> str:
+    """How the study was made: versions, seed, command, times, machine, solver options."""
+    rows = list(_flattened(study.provenance))
+    if not rows:
+        return ""
+    table = call(
+        "ruled",
+        columns="(auto, 1fr)",
+        align="(left, left)",
+        header="([item], [value])",
+        rows=cells(rows),
+    )
+    return f"= Provenance <provenance>\n{table}"
+
+
+def _flattened(content: dict[str, Any], prefix: str = "") -> Iterable[tuple[str, str]]:
+    for key, value in content.items():
+        name = f"{prefix}{key}".replace("_", " ")
+        if isinstance(value, dict):
+            yield from _flattened(value, f"{name}: ")
+        elif isinstance(value, list):
+            yield name, ", ".join(plain_number(entry) for entry in value)
+        else:
+            yield name, plain_number(value)
+
+
+def _layout_name(design: Design, *, large: bool = False) -> str:
+    return f"image-layout-{'winner-' if large else ''}{design.configuration}.svg"
+
+
+def _scale_words(illustrations: Illustrations, name: str) -> str:
+    scale = illustrations.scales.get(name)
+    return "" if scale is None else f"drawn to scale, 1 : {scale:g}."
+
+
+def _as_argument(markup: str) -> str:
+    return markup.strip().removeprefix("#")

@@ -1,0 +1,1 @@
+"""The report's words: Typst source made from a study folder."""
