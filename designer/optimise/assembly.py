@@ -137,7 +137,7 @@ def _views(values: Values, rules: Rules) -> dict[str, tuple[Scalar, Scalar]]:
 
 
 def _zone_tangents(variant: Variant, view: str, slopes: tuple[Scalar, Scalar]) -> tuple[Scalar, Scalar]:
-    """t of the zone's inner and outer end: a folded view has its highest elevation inside."""
+    """Half-angle tangents of the zone's inner and outer end: a folded view has its highest elevation inside."""
     inner, outer = slopes if variant.sense(view) == "direct" else (slopes[1], slopes[0])
     sense = variant.sense(view)
     return half_angle_tangent(inner, sense), half_angle_tangent(outer, sense)
@@ -170,15 +170,16 @@ def _folded_path(variant: Variant, values: Values, slopes: tuple[Scalar, Scalar]
     tangents = _zone_tangents(variant, "lower", slopes)
     secondary = FocalConic(0.0, height, inverse_gain)
     primary = FocalConic(viewpoint, vertex_distance, primary_gain)
-    crosses_between = fold.gain_sign != fold.primary_side
+    between = secondary.other_focus_height if fold.gain_sign != fold.primary_side else None
+    after = viewpoint if variant.crosses_at_viewpoint("lower") else None
     at_pinhole = (gain * tangents[0], gain * tangents[1])
     return OpticalPath(
         "lower",
         viewpoint,
         (slopes[1], slopes[0]),
         (
-            Reflection("secondary", 1, secondary, at_pinhole, secondary.other_focus_height if crosses_between else None),
-            Reflection("primary", -1, primary, tangents, viewpoint if variant.crosses_at_viewpoint("lower") else None),
+            Reflection("secondary", 1, secondary, at_pinhole, between),
+            Reflection("primary", -1, primary, tangents, after),
         ),
     )
 
@@ -324,5 +325,3 @@ def _fixed_constraints(
         }[quantity]()
         constraints.append(Constraint(f"{name} mirror", unit, scale, off, equality=True))
     return constraints
-
-

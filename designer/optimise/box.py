@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass
 from itertools import product
 
-from designer.optics.backend import Scalar, exp, tan
-from designer.optics.view import elevation_tangents_of_views, half_angle_tangent, image_half_tangent
+from designer.evaluate.depth import Volume
+from designer.evaluate.limit import Arrangement, ImageBounds, arrangement_of, depth_error_limit, limit_gains
+from designer.optics.backend import Scalar, exp
 from designer.optimise.assembly import VARIABLES
 from designer.optimise.rules import Rules
 from designer.optimise.variants import Variant
@@ -96,20 +97,35 @@ def _largest_gains(variant: Variant, rules: Rules, ranges: Ranges) -> dict[str, 
         limits_at(variant, rules, baseline, distance)
         for baseline, distance in product(ranges.baseline, ranges.principal_distance)
     ]
-    return {view: (min(limit[view] for limit in limits), max(limit[view] for limit in limits)) for view in limits[0]}
+    # Where the gap leaves no room at some baseline, the view's gain may still be large at another.
+    return {
+        view: (
+            max(min(limit[view] for limit in limits), SMALLEST_GAIN_SHARE * max(limit[view] for limit in limits)),
+            max(limit[view] for limit in limits),
+        )
+        for view in limits[0]
+    }
 
 
 def limits_at(variant: Variant, rules: Rules, baseline: Scalar, principal_distance: Scalar) -> dict[str, Scalar]:
     """The closed-form largest |gain| of each view at one baseline and principal distance."""
-    upper, lower = elevation_tangents_of_views(
-        (tan(rules.elevation_low), tan(rules.elevation_high)), (rules.distance_near, rules.distance_far), baseline
-    )
-    tangents = {}
-    for view, slopes in (("upper", upper), ("lower", lower)):
-        sense = variant.sense(view)
-        ends = [half_angle_tangent(slope, sense) for slope in slopes]
-        tangents[view] = (ends[0], ends[1]) if sense == "direct" else (ends[1], ends[0])
-    outer, inner = ("upper", "lower") if variant.configuration.topology == "upper_outer" else ("lower", "upper")
-    outer_gain = image_half_tangent(rules.image_radius, principal_distance) / tangents[outer][1]
-    inner_gain = outer_gain * tangents[outer][0] / tangents[inner][1]
-    return {outer: outer_gain, inner: inner_gain}
+    bounds = ImageBounds(rules.image_radius, rules.zone_gap)
+    gains = limit_gains(arrangement_of_variant(variant), volume_of_rules(rules), baseline, principal_distance, bounds)
+    return {"lower": gains[0], "upper": gains[1]}
+
+
+def limit_of(variant: Variant, rules: Rules, baseline: Scalar, principal_distance: Scalar) -> Scalar:
+    """The closed-form least depth error at one baseline and principal distance."""
+    bounds = ImageBounds(rules.image_radius, rules.zone_gap)
+    arrangement, volume = arrangement_of_variant(variant), volume_of_rules(rules)
+    return depth_error_limit(arrangement, volume, baseline, principal_distance, bounds, rules.noise)
+
+
+def arrangement_of_variant(variant: Variant) -> Arrangement:
+    """Senses and zones as the limit wants them."""
+    return arrangement_of(variant.configuration.family, variant.configuration.topology)
+
+
+def volume_of_rules(rules: Rules) -> Volume:
+    """The working volume of a requirement's numbers."""
+    return Volume((rules.elevation_low, rules.elevation_high), (rules.distance_near, rules.distance_far))

@@ -44,8 +44,10 @@ class Problem:
 class Check:
     """Independent evaluation of designs in NumPy; arrays of shape (..., n) for n designs.
 
-    ``violations`` are scaled amounts by which constraints fail (zero if kept), in the order of ``names``;
-    ``leg_directions`` and ``solid_directions`` index the direction that keeps each pair farthest apart.
+    ``amounts`` are what constraints have to spare in their own ``units``, negative where they fail; ``violations`` are
+    the scaled amounts by which they fail, zero if kept. Both follow ``names``: constraints, then pairs of leg and
+    solid, then pairs of solids. ``light`` and ``bodies`` hold the separations along every direction, shape
+    (directions, pairs, n).
     """
 
     assembly: Assembly
@@ -53,9 +55,18 @@ class Check:
     units: tuple[str, ...]
     amounts: Array
     violations: Array
-    leg_directions: NDArray[np.intp]
-    solid_directions: NDArray[np.intp]
-    clearances: Array
+    light: Array
+    bodies: Array
+
+    @property
+    def largest_violations(self) -> Array:
+        """Largest scaled violation of each design."""
+        return np.asarray(self.violations.max(axis=0))
+
+    @property
+    def clearances(self) -> Array:
+        """Separation of every pair along its best direction, mm."""
+        return np.concatenate([self.light.max(axis=0), self.bodies.max(axis=0)])
 
 
 def physical_values(problem: Problem, scaled: Array) -> dict[str, Array]:
@@ -105,9 +116,8 @@ def check(problem: Problem, assembly: Assembly, pairs: Pairs | None = None) -> C
         tuple(item.unit for item in assembly.constraints) + ("mm",) * len(pairs.names),
         np.concatenate([np.stack(amounts), np.broadcast_to(spare, (len(spare), *shape))]),
         np.where(np.isfinite(violations), violations, np.inf),
-        light.argmax(axis=0),
-        bodies.argmax(axis=0),
-        clearances,
+        light,
+        bodies,
     )
 
 
@@ -136,7 +146,7 @@ def draw(problem: Problem, count: int, random: np.random.Generator) -> dict[str,
 
 
 def screen(problem: Problem, starts: int, random: np.random.Generator) -> Array:
-    """The most promising of many random designs, apart from one another: shape (variables, kept)."""
+    """The most promising of many random designs, best first and apart from one another: shape (variables, kept)."""
     with np.errstate(all="ignore"):
         values = draw(problem, DESIGNS_PER_START * starts, random)
         values, assembly = assemble_enclosed(problem, values)
@@ -144,7 +154,7 @@ def screen(problem: Problem, starts: int, random: np.random.Generator) -> Array:
         kept = np.argsort(merit, kind="stable")[: CLEARANCES_PER_START * starts]
         values = {name: np.broadcast_to(value, merit.shape)[kept] for name, value in values.items()}
         values, assembly = assemble_enclosed(problem, values)
-        violation = check(problem, assembly).violations.max(axis=0)
+        violation = check(problem, assembly).largest_violations
         order = np.argsort(violation, kind="stable")
     return _apart(scaled_values(problem, values)[:, order], starts)
 
