@@ -1,0 +1,116 @@
+"""Solids in the meridional section: which substrates, barrel and body touch or penetrate, and where their rims are.
+
+A section is a set of radii with a lowest and a highest height at each: the substrate between a face and its back,
+the lens barrel, the camera body. Lengths in mm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from designer.design import Design, Mirror
+from designer.verify.surfaces import BARREL, BODY, Array, sag
+
+# Solids nearer than this count as touching.
+CONTACT_MM = 1e-9
+SECTION_SAMPLES = 257
+
+
+@dataclass(frozen=True, slots=True)
+class Rims:
+    """Rim circles of all elements, in the half-plane of positive distance from the axis.
+
+    ``points`` (n, 2) holds distance from the axis and height; ``owner`` (n,) the index of the mirror, -1 for barrel
+    and body; ``labels`` says in words which rim it is.
+    """
+
+    points: Array
+    owner: np.typing.NDArray[np.intp]
+    labels: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Section:
+    name: str
+    inner: float
+    outer: float
+    bounds: Callable[[Array], tuple[Array, Array]]
+
+
+def find_rims(design: Design) -> Rims:
+    """The rims of every mirror's face and back, of the lens barrel and of the camera body."""
+    points: list[tuple[float, float]] = []
+    owners: list[int] = []
+    labels: list[str] = []
+    for index, mirror in enumerate(design.mirrors):
+        back = mirror.thickness_mm if mirror.faces == "down" else -mirror.thickness_mm
+        for radius, edge in ((mirror.outer_radius_mm, "outer edge"), (mirror.inner_radius_mm, "hole edge")):
+            if radius == 0.0:
+                continue
+            height = float(sag(mirror, radius)) + mirror.vertex_mm
+            for shift in (0.0, back) if back else (0.0,):
+                points.append((radius, height + shift))
+                owners.append(index)
+                labels.append(f"{edge} of {mirror.name}")
+    camera = design.camera
+    seat = camera.lens_front_mm - camera.lens_length_mm
+    points += [(camera.lens_radius_mm, camera.lens_front_mm), (camera.lens_radius_mm, seat)]
+    labels += [BARREL, BARREL]
+    if camera.body_radius_mm > 0.0:
+        points.append((camera.body_radius_mm, seat))
+        labels.append(BODY)
+    owners += [-1] * (len(points) - len(owners))
+    return Rims(np.array(points), np.array(owners, dtype=np.intp), tuple(labels))
+
+
+def contact_problems(design: Design) -> list[str]:
+    """One sentence for each pair of solids that touch or penetrate each other."""
+    sections = [_substrate(mirror) for mirror in design.mirrors]
+    camera = design.camera
+    seat = camera.lens_front_mm - camera.lens_length_mm
+    barrel = _Section(BARREL, 0.0, camera.lens_radius_mm, _between(seat, camera.lens_front_mm))
+    body = _Section(BODY, 0.0, camera.body_radius_mm, _between(-np.inf, seat))
+    pairs = [*combinations(sections, 2), *((section, solid) for section in sections for solid in (barrel, body))]
+    return [problem for pair in pairs if (problem := _contact(*pair)) is not None]
+
+
+def _substrate(mirror: Mirror) -> _Section:
+    back = mirror.thickness_mm if mirror.faces == "down" else -mirror.thickness_mm
+
+    def bounds(radius: Array) -> tuple[Array, Array]:
+        face = mirror.vertex_mm + sag(mirror, radius)
+        return np.minimum(face, face + back), np.maximum(face, face + back)
+
+    return _Section(mirror.name, mirror.inner_radius_mm, mirror.outer_radius_mm, bounds)
+
+
+def _between(low: float, high: float) -> Callable[[Array], tuple[Array, Array]]:
+    return lambda radius: (np.full_like(radius, low), np.full_like(radius, high))
+
+
+def _contact(first: _Section, second: _Section) -> str | None:
+    inner, outer = max(first.inner, second.inner), min(first.outer, second.outer)
+    if outer - inner < -CONTACT_MM:
+        return None
+    pair = f"{first.name} and {second.name}"
+    if outer - inner <= CONTACT_MM:
+        # Side by side: they meet, if at all, in the wall at one common radius.
+        (low_1, high_1), (low_2, high_2) = first.bounds(np.array([outer])), second.bounds(np.array([outer]))
+        shared = float(min(high_1[0], high_2[0]) - max(low_1[0], low_2[0]))
+        return f"{pair} touch at radius {outer:.4g} mm" if shared >= -CONTACT_MM else None
+    radius = np.linspace(inner, outer, SECTION_SAMPLES)
+    (low_1, high_1), (low_2, high_2) = first.bounds(radius), second.bounds(radius)
+    depth = np.minimum(high_1, high_2) - np.maximum(low_1, low_2)
+    deepest = int(np.nanargmax(np.where(np.isnan(depth), -np.inf, depth)))
+    if depth[deepest] > CONTACT_MM:
+        return f"{pair} penetrate each other by {depth[deepest]:.3g} mm at radius {radius[deepest]:.4g} mm"
+    # Shells thinner than any overlap, zero thickness above all, may still cross between two samples.
+    above = np.sign(low_1 - low_2)
+    if (above > 0).any() and (above < 0).any():
+        crossing = int(np.argmax(above != above[0]))
+        return f"{pair} penetrate each other at radius {radius[crossing]:.4g} mm"
+    return f"{pair} touch at radius {radius[deepest]:.4g} mm" if depth[deepest] >= -CONTACT_MM else None

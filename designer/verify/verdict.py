@@ -1,0 +1,332 @@
+"""The verdict on a design, by ray tracing alone: what each view sees, what blocks it, whether it has one viewpoint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from designer.design import Design, Interval, View
+from designer.verify.coverage import find_runs, hull, joined, single_viewpoint_residuals, uncovered
+from designer.verify.fans import FanClearance, fan_clearance
+from designer.verify.solids import Rims, contact_problems, find_rims
+from designer.verify.surfaces import Array, Scene, build_scene
+from designer.verify.tracer import (
+    Status,
+    compare_with_path,
+    pinhole_angles,
+    pinhole_directions,
+    trace_first_hits,
+    trace_sequential,
+    widest_pinhole_angle,
+)
+
+VIEWPOINT_TOLERANCE_MM = 1e-9
+GAIN_TOLERANCE = 1e-9
+# The ends of the asked range are traced this far inside it: a mirror cut exactly there is not called too small.
+END_INSET_DEG = 1e-7
+IMAGE_SAMPLES = 385
+ASKED_SAMPLES = 257
+# Azimuths of the meridians beside the scanned one, none a simple fraction of a turn, and rays on each.
+AZIMUTHS_RAD = (1.9, 3.5, 5.3)
+AZIMUTH_SAMPLES = 33
+
+
+@dataclass(frozen=True, slots=True)
+class Blockage:
+    """Elevations that the mirrors' apertures let through, but something in the way hides.
+
+    ``leg`` says where ("primary to world"), ``element`` what stands there; ``is_asked`` whether it takes away a part
+    of the elevations asked of the view.
+    """
+
+    leg: str
+    element: str
+    elevation_deg: Interval
+    is_asked: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ViewVerdict:
+    """What tracing says of one view.
+
+    ``aperture_elevation_deg`` is what the mirrors' apertures let through to the whole image, blockage ignored (None:
+    nothing); ``seen_elevation_deg`` the ranges seen inside the image circle, each mirror of the path met first;
+    ``gaps_deg`` the parts of the asked range that are not seen; ``zone_psi_deg`` the angles at the pinhole that the
+    asked range takes, None if part of it is not in the image. Residuals are the largest over the rays that the
+    apertures let through: distance of an exit line from the viewpoint, and |tan(psi/2) - gain tan(pi/4 +- phi/2)|
+    with phi measured from the exit ray; infinite if there is no such ray. ``clearance_mm`` is the least distance, in
+    the meridional plane, of a leg of the asked rays from a rim other than those beside which it starts or ends.
+    """
+
+    path: tuple[str, ...]
+    asked_elevation_deg: Interval
+    aperture_elevation_deg: Interval | None
+    seen_elevation_deg: tuple[Interval, ...]
+    gaps_deg: tuple[Interval, ...]
+    zone_psi_deg: Interval | None
+    svp_residual_mm: float
+    gain_residual: float
+    blockages: tuple[Blockage, ...]
+    clearance_mm: float
+    clearance_at: str
+    problems: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The tracer's verdict on a design; ``problems`` says in one sentence each why it did not pass."""
+
+    passed: bool
+    problems: tuple[str, ...]
+    configuration: str
+    baseline_mm: float
+    upper: ViewVerdict
+    lower: ViewVerdict
+
+    @property
+    def views(self) -> dict[str, ViewVerdict]:
+        """Both views by name."""
+        return {"upper": self.upper, "lower": self.lower}
+
+    @property
+    def smallest_clearance_mm(self) -> float:
+        """The lesser clearance of the two views."""
+        return min(self.upper.clearance_mm, self.lower.clearance_mm)
+
+    @property
+    def smallest_clearance_at(self) -> str:
+        """Which view, leg and rim have the smallest clearance; empty if none was found."""
+        return min(self.views.values(), key=lambda view: view.clearance_mm).clearance_at
+
+
+def judge(design: Design) -> Verdict:
+    """Trace a design and say whether both views see all that is asked of them, and if not, why.
+
+    A design passes when every asked elevation of both views is seen through the intended mirrors, each met first;
+    every exit ray passes through the view's viewpoint and obeys its gain; the image zones are disjoint and inside
+    the image circle; and no two solids touch. Nonsense gets problems, never an exception.
+    """
+    with np.errstate(all="ignore"):
+        scene = build_scene(design)
+        rims = find_rims(design)
+        upper = _judge_view(design, scene, "upper", design.views.upper, rims)
+        lower = _judge_view(design, scene, "lower", design.views.lower, rims)
+        problems = (
+            *_record_problems(design),
+            *upper.problems,
+            *lower.problems,
+            *_zone_problems(design, upper, lower),
+            *contact_problems(design),
+        )
+    return Verdict(
+        passed=not problems,
+        problems=problems,
+        configuration=design.configuration,
+        baseline_mm=design.views.upper.viewpoint_mm - design.views.lower.viewpoint_mm,
+        upper=upper,
+        lower=lower,
+    )
+
+
+def _record_problems(design: Design) -> list[str]:
+    problems = []
+    baseline = design.views.upper.viewpoint_mm - design.views.lower.viewpoint_mm
+    if not baseline > 0.0:
+        problems.append(f"the upper viewpoint is not above the lower one (baseline {baseline:.6g} mm)")
+    if not abs(design.baseline_mm - baseline) <= 1e-6:
+        problems.append(f"baseline_mm is {design.baseline_mm:.9g}, but the viewpoints lie {baseline:.9g} mm apart")
+    for name, view in (("upper", design.views.upper), ("lower", design.views.lower)):
+        low, high = view.elevation_deg
+        if not -90.0 < low < high < 90.0:
+            problems.append(f"{name} view: elevation_deg [{low:g}, {high:g}] is not a rising range within -90..90")
+    return problems
+
+
+def _judge_view(design: Design, scene: Scene, name: str, view: View, rims: Rims) -> ViewVerdict:
+    path = scene.path(view.path)
+    low, high = view.elevation_deg
+    widest = widest_pinhole_angle(design)
+    circle = float(np.arctan2(design.camera.image_radius_mm, design.camera.focal_length_mm))
+    ends = pinhole_angles(scene, path, np.radians([low + END_INSET_DEG, high - END_INSET_DEG]), widest)
+    is_reached = bool(np.isfinite(ends).all())
+    asked_psi = np.linspace(ends.min(), ends.max(), ASKED_SAMPLES) if is_reached else np.empty(0)
+    psi = np.unique(np.concatenate([np.linspace(0.0, widest, IMAGE_SAMPLES), asked_psi]))
+
+    runs = find_runs(scene, path, psi, circle)
+    seen = joined([run.elevation_deg for run in runs if run.is_seen], END_INSET_DEG)
+    gaps = uncovered((low, high), seen, 2.0 * END_INSET_DEG)
+    blockages = tuple(
+        Blockage(
+            _leg_name(view, run.leg),
+            scene.elements[run.element],
+            run.elevation_deg,
+            _common_width(run.elevation_deg, (low, high)) > 2.0 * END_INSET_DEG,
+        )
+        for run in runs
+        if run.element >= 0
+    )
+    azimuths = np.repeat(AZIMUTHS_RAD, AZIMUTH_SAMPLES)
+    around_psi = np.tile(asked_psi[:: ASKED_SAMPLES // AZIMUTH_SAMPLES][:AZIMUTH_SAMPLES], len(AZIMUTHS_RAD))
+    azimuths = azimuths[: around_psi.size]
+    residuals = single_viewpoint_residuals(
+        scene,
+        path,
+        view.viewpoint_mm,
+        view.gain,
+        view.sense,
+        np.concatenate([psi, around_psi]),
+        np.concatenate([np.full(psi.size, 0.3), azimuths]),
+    )
+    fan = fan_clearance(scene, path, asked_psi, rims)
+
+    problems = [
+        f"no ray in the image leaves at {elevation:.4g} deg, an end of the asked range"
+        for elevation, angle in zip((low, high), ends, strict=True)
+        if np.isnan(angle)
+    ]
+    problems += [
+        f"{blockage.leg}: {blockage.element} blocks {_span(_common(blockage.elevation_deg, (low, high)))}"
+        for blockage in blockages
+        if blockage.is_asked
+    ]
+    problems += _aperture_problems(design, scene, path, view, asked_psi)
+    problems += [f"{_span(gap)} is not seen" for gap in gaps]
+    if is_reached:
+        problems += _camera_problems(design, float(ends.max()), circle)
+        if not gaps:
+            problems += _azimuth_problems(scene, path, around_psi, azimuths)
+            problems += [f"{_leg_name(view, leg)}: the {rim} stands between the rays" for leg, rim in fan.obstructions]
+    if not residuals[0] < VIEWPOINT_TOLERANCE_MM:
+        problems.append(f"exit rays miss the viewpoint by up to {residuals[0]:.3g} mm")
+    if not residuals[1] < GAIN_TOLERANCE:
+        problems.append(f"the traced gain is off by up to {residuals[1]:.3g} in tan(psi/2)")
+
+    zone = (float(np.degrees(ends.min())), float(np.degrees(ends.max()))) if is_reached else None
+    return ViewVerdict(
+        path=tuple(view.path),
+        asked_elevation_deg=(low, high),
+        aperture_elevation_deg=hull([run.elevation_deg for run in runs]),
+        seen_elevation_deg=tuple(seen),
+        gaps_deg=tuple(gaps),
+        zone_psi_deg=zone,
+        svp_residual_mm=residuals[0],
+        gain_residual=residuals[1],
+        blockages=blockages,
+        clearance_mm=fan.distance_mm,
+        clearance_at=_where(name, view, fan),
+        problems=tuple(f"{name} view: {problem}" for problem in problems),
+    )
+
+
+def _aperture_problems(design: Design, scene: Scene, path: tuple[int, ...], view: View, psi: Array) -> list[str]:
+    """Mirrors that do not reach as far, inwards or outwards, as the asked rays need."""
+    if not psi.size:
+        return []
+    trace = trace_sequential(scene, path, pinhole_directions(psi[[0, -1]], 0.3), apertures=False)
+    problems = []
+    for mirror_name, hit in zip(view.path, trace.hits, strict=True):
+        mirror = design.mirror(mirror_name)
+        needed = np.hypot(hit[:, 0], hit[:, 1])
+        if needed.max() > mirror.outer_radius_mm:
+            problems.append(
+                f"{mirror_name} ends at radius {mirror.outer_radius_mm:.7g} mm; "
+                f"the asked rays meet it out to {needed.max():.7g} mm"
+            )
+        if needed.min() < mirror.inner_radius_mm:
+            problems.append(
+                f"{mirror_name} begins at radius {mirror.inner_radius_mm:.7g} mm; "
+                f"the asked rays meet it in to {needed.min():.7g} mm"
+            )
+    return problems
+
+
+def _camera_problems(design: Design, widest_asked: float, circle: float) -> list[str]:
+    camera = design.camera
+    problems = []
+    if np.degrees(widest_asked - circle) > END_INSET_DEG:
+        focal_px = camera.focal_length_mm / camera.pixel_pitch_mm
+        beyond = focal_px * (np.tan(widest_asked) - np.tan(circle))
+        problems.append(f"its image zone reaches {beyond:.4g} px beyond the image circle")
+    excess = camera.lens_front_mm * np.tan(widest_asked) - camera.lens_radius_mm
+    if excess > 0.0:
+        problems.append(f"the lens barrel cuts into its own rays by {excess:.4g} mm at the lens front")
+    return problems
+
+
+def _azimuth_problems(scene: Scene, path: tuple[int, ...], psi: Array, azimuths: Array) -> list[str]:
+    report = compare_with_path(trace_first_hits(scene, pinhole_directions(psi, azimuths)), path)
+    spoiled = report.status != Status.OK
+    if not spoiled.any():
+        return []
+    return [f"{int(spoiled.sum())} of {psi.size} asked rays at other azimuths do not get through"]
+
+
+def _zone_problems(design: Design, upper: ViewVerdict, lower: ViewVerdict) -> list[str]:
+    if upper.zone_psi_deg is None or lower.zone_psi_deg is None:
+        return []
+    problems = []
+    overlap = _common_width(upper.zone_psi_deg, lower.zone_psi_deg)
+    if overlap > 0.0:
+        common = np.tan(np.radians(_common(upper.zone_psi_deg, lower.zone_psi_deg)))
+        width = (common[1] - common[0]) * design.camera.focal_length_mm / design.camera.pixel_pitch_mm
+        problems.append(f"the image zones of the two views overlap by {width:.4g} px")
+    for name, view, zone, other in (
+        ("upper", design.views.upper, upper.zone_psi_deg, lower.zone_psi_deg),
+        ("lower", design.views.lower, lower.zone_psi_deg, upper.zone_psi_deg),
+    ):
+        if (view.zone == "outer") != (zone[1] > other[1]):
+            problems.append(f"{name} view: its zone is called {view.zone}, but lies on the other side")
+    return problems
+
+
+def _leg_name(view: View, leg: int) -> str:
+    stations = ("pinhole", *view.path, "world")
+    return f"{stations[leg]} to {stations[leg + 1]}"
+
+
+def _where(name: str, view: View, fan: FanClearance) -> str:
+    return f"{name} view, {_leg_name(view, fan.leg)}, {fan.rim}" if fan.leg >= 0 else ""
+
+
+def _common(first: Interval, second: Interval) -> Interval:
+    return max(first[0], second[0]), min(first[1], second[1])
+
+
+def _common_width(first: Interval, second: Interval) -> float:
+    low, high = _common(first, second)
+    return high - low
+
+
+def _span(interval: Interval) -> str:
+    low, high = interval
+    digits = 2 if high - low >= 0.02 else 9
+    return f"{low:.{digits}f} to {high:.{digits}f} deg"
+
+
+def describe(verdict: Verdict) -> str:
+    """The verdict as plain text for a terminal, several lines."""
+    lines = [
+        f"{verdict.configuration}: {'passed' if verdict.passed else 'NOT passed'}",
+        f"baseline {verdict.baseline_mm:.3f} mm",
+    ]
+    for name, view in verdict.views.items():
+        aperture = "nothing" if view.aperture_elevation_deg is None else _span(view.aperture_elevation_deg)
+        seen = ", ".join(_span(run) for run in view.seen_elevation_deg) or "nothing"
+        zone = "not in the image" if view.zone_psi_deg is None else _span(view.zone_psi_deg) + " at the pinhole"
+        lines += [
+            f"{name} view: pinhole to {', '.join(view.path)}, world",
+            f"  asked      {_span(view.asked_elevation_deg)}",
+            f"  apertures  {aperture}",
+            f"  seen       {seen}",
+            f"  zone       {zone}",
+            f"  viewpoint  missed by at most {view.svp_residual_mm:.2g} mm, gain law by {view.gain_residual:.2g}",
+            f"  clearance  {view.clearance_mm:.3f} mm ({view.clearance_at})" if view.clearance_at else "",
+        ]
+        lines += [
+            f"  blocked    {_span(blockage.elevation_deg)} by {blockage.element}, {blockage.leg}"
+            + ("" if blockage.is_asked else " (not asked for)")
+            for blockage in view.blockages
+        ]
+    lines += ["problems:", *(f"  {problem}" for problem in verdict.problems)] if verdict.problems else []
+    return "\n".join(line for line in lines if line)
