@@ -6,7 +6,7 @@ by repeated subdivision. Angles in radians unless a name says otherwise.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,8 +24,9 @@ from designer.verify.tracer import (
 
 # Any azimuth would do, since the surfaces are round; a crooked one exercises all three coordinates.
 SCAN_AZIMUTH = 0.3
-EDGE_WIDTH_RAD = 1e-13
-EDGE_POINTS = 32
+EDGE_WIDTH_RAD = 1e-12
+EDGE_POINTS = 63
+MOST_EDGES_PER_CELL = 6
 
 # Labels of a sample; from _FIRST_BLOCKED on they encode leg and element.
 _CUT, _SEEN, _OUTSIDE, _FIRST_BLOCKED = 0, 1, 2, 3
@@ -51,23 +52,28 @@ def find_runs(scene: Scene, path: Sequence[int], psi: Array, psi_circle: float) 
 
     ``psi`` (n,) are rising sample angles; runs narrower than their spacing can go unnoticed.
     """
-    labels = _label(scene, path, psi, psi_circle)
+
+    def label(angles: Array) -> Indices:
+        return _label(scene, path, angles, psi_circle)
+
+    labels = label(psi)
     changes = np.flatnonzero(labels[1:] != labels[:-1])
-    low, high = psi[changes], psi[changes + 1]
-    fractions = np.linspace(0.0, 1.0, EDGE_POINTS + 2)
-    while changes.size and np.max(high - low) > EDGE_WIDTH_RAD:
-        inner = low[:, None] + (high - low)[:, None] * fractions
-        fates = np.empty(inner.shape, dtype=np.intp)
-        fates[:, 0], fates[:, -1] = labels[changes], -1
-        fates[:, 1:-1] = _label(scene, path, inner[:, 1:-1].ravel(), psi_circle).reshape(changes.size, -1)
-        first = np.argmax(fates != fates[:, :1], axis=1)
-        rows = np.arange(changes.size)
-        if np.array_equal(inner[rows, first - 1], low) and np.array_equal(inner[rows, first], high):
+    low, high, after = _first_changes(label, psi[changes], psi[changes + 1], labels[changes])
+    edges = [(low, high, after)]
+    # A cell may hold several edges (a blocked sliver beside a cut): go on from the first one found.
+    target, end = labels[changes + 1], psi[changes + 1]
+    for _ in range(MOST_EDGES_PER_CELL):
+        more = after != target
+        if not more.any():
             break
-        low, high = inner[rows, first - 1], inner[rows, first]
-    starts = np.concatenate([psi[:1], high])
-    ends = np.concatenate([low, psi[-1:]])
-    fates = labels[np.concatenate([changes, [psi.size - 1]])]
+        target, end = target[more], end[more]
+        low, high, after = _first_changes(label, high[more], end, after[more])
+        edges.append((low, high, after))
+    low, high, after = (np.concatenate(part) for part in zip(*edges, strict=True))
+    order = np.argsort(low, kind="stable")
+    starts = np.concatenate([psi[:1], high[order]])
+    ends = np.concatenate([low[order], psi[-1:]])
+    fates = np.concatenate([labels[:1], after[order]])
     kept = fates != _CUT
     elevations = np.degrees(_free_elevations(scene, path, np.stack([starts[kept], ends[kept]]).ravel())).reshape(2, -1)
     count = len(scene.elements)
@@ -84,6 +90,29 @@ def find_runs(scene: Scene, path: Sequence[int], psi: Array, psi_circle: float) 
             )
         )
     return runs
+
+
+def _first_changes(
+    label: Callable[[Array], Indices], low: Array, high: Array, before: Indices
+) -> tuple[Array, Array, Indices]:
+    """Narrow cells (low, high) of one label at low and another at high down to the first change that shows.
+
+    Returns the last angle with the label before, the first one with another, and that label.
+    """
+    fractions = np.linspace(0.0, 1.0, EDGE_POINTS + 2)
+    rows = np.arange(low.size)
+    after = before
+    while low.size:
+        inner = low[:, None] + (high - low)[:, None] * fractions
+        inner[:, -1] = high
+        fates = label(inner[:, 1:].ravel()).reshape(low.size, -1)
+        first = np.argmax(fates != before[:, None], axis=1)
+        after = fates[rows, first]
+        is_narrow = np.max(high - low) <= EDGE_WIDTH_RAD
+        low, high = inner[rows, first], inner[rows, first + 1]
+        if is_narrow:
+            break
+    return low, high, after
 
 
 def _label(scene: Scene, path: Sequence[int], psi: Array, psi_circle: float) -> Indices:
