@@ -1,14 +1,15 @@
-# make study   sets up .venv and runs the indoor robot's study into reports/indoor_robot/
-# make test    sets up .venv and runs every check: lint, format, types, layers, tests
-# make setup   sets up .venv only (.venv/bin/designer is the command afterwards)
-# make lock    resolves the dependencies again (after editing pyproject.toml)
+# make study      sets up .venv and runs the indoor robot's study into reports/indoor_robot/
+# make test       sets up .venv and runs every check: lint, format, types, layers, tests
+# make setup      sets up .venv only (.venv/bin/designer is the command afterwards)
+# make reference  writes docs/requirement_reference.md again (after changing a key of the requirement)
+# make lock       resolves the dependencies again (after editing pyproject.toml)
 
 PYTHON ?= python3
 REQUIREMENT ?= configs/indoor_robot.toml
 BIN := .venv/bin
 SHELL := /bin/bash
 
-.PHONY: setup study test lock clean
+.PHONY: setup study test reference lock clean
 
 setup: .venv/.installed
 
@@ -21,6 +22,9 @@ test: .venv/.installed
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/pytest -n 2
+
+reference: .venv/.installed
+	$(BIN)/python -m designer.requirement.reference > docs/requirement_reference.md
 
 lock: .venv/.uv
 	$(BIN)/uv pip compile --quiet --upgrade --universal --generate-hashes --all-extras --no-header \

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Self
 
-from pydantic import Discriminator, Field, StrictStr, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, StrictStr, Tag, model_validator
 
 from designer.requirement.part import METRES, NumberOrRange, Part, ends
 from designer.requirement.quantity import Quantity, refuse
@@ -90,13 +90,15 @@ class Lens(Part):
         return self
 
 
+def _is_lens_or_catalogue(value: Any) -> Any:
+    if not isinstance(value, dict | Lens) and not (isinstance(value, list | tuple) and value):
+        refuse("must be a table [camera.lens], or a catalogue of at least one [[camera.lens]]")
+    return value
+
+
 def _lens_form(value: Any) -> str:
     """One table is one lens; an array of tables is a catalogue. The tags are dropped from messages."""
-    if isinstance(value, list | tuple) and value:
-        return "(catalogue)"
-    if not isinstance(value, dict | Lens):
-        refuse("must be a table [camera.lens], or a catalogue of at least one [[camera.lens]]")
-    return "(one)"
+    return "(catalogue)" if isinstance(value, list | tuple) else "(one)"
 
 
 class Camera(Part):
@@ -137,6 +139,7 @@ class Camera(Part):
     lens: Annotated[
         Annotated[Lens, Tag("(one)")] | Annotated[tuple[Lens, ...], Tag("(catalogue)")],
         Discriminator(_lens_form),
+        BeforeValidator(_is_lens_or_catalogue),
         Field(description="The lens, as a table [camera.lens]; or a catalogue to choose from, each [[camera.lens]]."),
     ]
 

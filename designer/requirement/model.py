@@ -71,7 +71,7 @@ class Solve(Part):
 
     seed: Annotated[
         int,
-        Quantity(0, 2**63 - 1, whole=True),
+        Quantity(0, 2**32 - 1, whole=True),
         Field(default=0, description="Seed of every random choice; the same seed gives the same study."),
     ]
     starts: Annotated[
@@ -87,11 +87,17 @@ class Solve(Part):
         tuple[StrictStr, ...],
         Field(
             default=("*",),
-            min_length=1,
             description='Configurations to study, by name or glob pattern such as "folded-*-upper_outer". Default: '
             "all 44.",
         ),
     ]
+
+    @field_validator("configurations", mode="before")
+    @classmethod
+    def _is_array(cls, value: object) -> object:
+        if not isinstance(value, list | tuple) or not value or not all(isinstance(item, str) for item in value):
+            refuse('must be an array of at least one name or pattern, such as ["folded-*-upper_outer"]')
+        return value
 
     @field_validator("configurations")
     @classmethod
@@ -106,11 +112,17 @@ class Requirement(Part):
     name: Annotated[
         StrictStr,
         Field(
-            default="requirement",
+            default_factory=lambda: "requirement",
             description="Short name, used for folders. Default: the file's name without its ending.",
         ),
     ]
-    title: Annotated[StrictStr, Field(default="", description="Heading of the report. Default: the name.")]
+    title: Annotated[
+        StrictStr,
+        Field(
+            default_factory=lambda data: data.get("name", ""),
+            description="Heading of the report. Default: the name.",
+        ),
+    ]
     description: Annotated[StrictStr, Field(default="", description="What the sensor is for, in a few sentences.")]
     baseline_mm: Annotated[
         NumberOrRange,
@@ -164,8 +176,8 @@ def _check_distances(asked: Requirement) -> None:
     near, far = asked.working_volume.distance_mm
     if near <= asked.envelope.diameter_mm / 2:
         refuse(
-            f"must begin outside the envelope (beyond envelope.diameter_mm / 2 = {asked.envelope.diameter_mm / 2:g}); "
-            f"{METRES}",
+            f"must begin outside the envelope (beyond envelope.diameter_mm / 2 = {asked.envelope.diameter_mm / 2:g})"
+            + (f"; {METRES}" if far <= 100 else ""),
             "working_volume.distance_mm",
             [near, far],
         )

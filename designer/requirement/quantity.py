@@ -81,7 +81,9 @@ class Quantity:
             return math.inf
         # Written so that NaN fails too; whole numbers of any size compare exactly with floats.
         if not self.low <= value <= self.high:
-            hint = self.if_smaller if value < self.low else self.if_larger if value > self.high else ""
+            # A negative length is no length in another unit.
+            mistaken = value < self.low and (value > 0 or self.low <= 0)
+            hint = self.if_smaller if mistaken else self.if_larger if value > self.high else ""
             refuse(f"must be {self.allowed}{'; ' if hint else ''}{hint}")
         return value if self.whole else float(value)
 

@@ -29,8 +29,10 @@ def read_requirement(path: Path) -> Requirement:
         content = tomllib.loads(text)
     except RecursionError:
         raise InputError(f"{path}: nested too deeply for a requirement") from None
-    except ValueError as error:  # TOMLDecodeError, and what int() says of a number of thousands of digits
+    except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
+    except ValueError:  # Python refuses to read a whole number of thousands of digits, or a 13th month
+        raise InputError(f"{path}: not valid TOML: a number or date is beyond all limits") from None
     content.setdefault("name", _name_from(path))
     return _validated(content, path)
 
