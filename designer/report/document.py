@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 import typst
 from matplotlib.figure import Figure
@@ -20,7 +21,7 @@ from designer.report.figures.trade import draw_fronts, draw_trade
 from designer.report.folder import StudyFolder, read_folder
 from designer.report.sections import Illustrations, source
 
-PANEL_MM = (82.0, 49.0)
+PANEL_MM = (82.0, 54.0)
 """Width and height of a panel on a design's page."""
 
 _PANELS: dict[str, Callable[..., Figure]] = {
@@ -66,7 +67,9 @@ def typeset(study: StudyFolder, illustrations: Illustrations) -> bytes:
     for name in ("style.typ", "method.typ"):
         files[name] = texts.joinpath(name).read_bytes()
     files["main.typ"] = source(study, illustrations).encode("utf-8")
-    pdf: bytes = typst.compile(files, format="pdf", ignore_system_fonts=True, font_paths=[])
+    # The stubs do not know that the input may be a dict of virtual files.
+    compile_files: Any = typst.compile
+    pdf: bytes = compile_files(files, format="pdf", ignore_system_fonts=True, font_paths=[])
     return pdf
 
 

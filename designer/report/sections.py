@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from designer.design import Design, View
+from designer.design import Design
 from designer.evaluate.resolution import smallest_object
 from designer.report.figures.depth_map import IMAGE_CIRCLE_PX
 from designer.report.folder import Row, StudyFolder
@@ -45,6 +45,7 @@ def source(study: StudyFolder, illustrations: Illustrations) -> str:
         winner(study, illustrations) if study.feasible else nothing_feasible(study),
         ranking_section(study),
         trade(study, illustrations) if study.feasible else "",
+        best_heading() if study.feasible else "",
         *(design_page(row, design, illustrations) for row, design in study.best()),
         "#pagebreak(weak: true)\n",
         '#include "method.typ"\n',
@@ -81,12 +82,16 @@ def winner(study: StudyFolder, illustrations: Illustrations) -> str:
     (row, design), *_ = study.best(1)
     name = f"cross-section-winner-{design.configuration}.svg"
     caption = (
-        f"{text('The winner, ')}#name-of({literal(design.configuration)}){text(', ' + _scale_words(illustrations, name))} "
+        f"The winner, #name-of({literal(design.configuration)}), {text(_scale_words(illustrations, name))} "
         "Lengths in mm. Solid blue: the upper view (right); dashed red: the lower view (left); each at five elevations "
         "of its asked range, the ends drawn thick. Dotted lines lead back to the effective viewpoints $F_u$ and $F_l$; "
         "$O$ is the camera's pinhole, and the numbers are those of the prescription. Grey: substrates, lens and camera."
     )
     words = configuration_in_words(design.configuration)
+    winner_groups = [
+        ("Performance", [*performance_facts(row), *smallest_object_facts(design)]),
+        ("Views", view_facts(design)),
+    ]
     lines = [
         "#pagebreak(weak: true)",
         "= The winning design <winner>",
@@ -95,7 +100,7 @@ def winner(study: StudyFolder, illustrations: Illustrations) -> str:
         f"#figure({_as_argument(prescription(design))}, caption: [{PRESCRIPTION_CAPTION}])",
         "#grid(columns: (96mm, 1fr), column-gutter: 5mm,",
         f"  panel([Image layout], image({literal('figures/' + _layout_name(design, large=True))})),",
-        f"  [{call('facts', facts_argument(design_groups(row, design)), size='7.8pt')}],",
+        f"  [{call('facts', facts_argument(winner_groups), size='7.8pt')}],",
         ")",
     ]
     return "\n".join(lines)
@@ -166,10 +171,23 @@ def trade(study: StudyFolder, illustrations: Illustrations) -> str:
     return "\n".join(lines)
 
 
+def best_heading() -> str:
+    """Opens the section of the best designs, whose pages follow."""
+    return (
+        "#block(breakable: false)[\n= The best designs <best>\n"
+        "Each page shows one design; drawings are read as in @winner. _Depth resolution_ shows where pairs of pixels "
+        "of one epipolar plane put a point, in the manner of the paper's figure 6, on an image circle of "
+        f"{IMAGE_CIRCLE_PX} pixels across; the grey outline is the working volume, the triangles are the viewpoints. "
+        "_Depth error_: lines are first order at the lowest, middle and highest elevation and their rms, circles the "
+        "rms of noisy projections through the ray tracer.\n]\n"
+    )
+
+
 def design_page(row: Row, design: Design, illustrations: Illustrations) -> str:
     """One page for one of the best designs."""
     configuration = design.configuration
     section = f"cross-section-{configuration}.svg"
+    scale = literal(_scale_words(illustrations, section))
     panels = [
         ("Image layout", _layout_name(design)),
         ("Angular resolution", f"resolution-{configuration}.svg"),
@@ -179,24 +197,15 @@ def design_page(row: Row, design: Design, illustrations: Illustrations) -> str:
     grid = ",\n  ".join(f"panel([{title}], image({literal('figures/' + name)}))" for title, name in panels)
     lines = [
         "#pagebreak(weak: true)",
-        f"== Rank {row.rank}: #name-of({literal(configuration)})" if (row.rank or 1) > 1 else _first_heading(row),
+        f"== Rank {row.rank}: #name-of({literal(configuration)})",
         "#grid(columns: (97mm, 1fr), column-gutter: 4mm,",
-        f"  [#image({literal('figures/' + section)})#align(center, text(size: 8pt)[{text(_scale_words(illustrations, section))}])],",
+        f"  [#image({literal('figures/' + section)})#align(center)[#text(size: 8pt, {scale})]],",
         f"  [{call('facts', facts_argument(design_groups(row, design)), size='7.6pt')}],",
         ")",
         prescription(design),
         f"#grid(columns: (1fr, 1fr), column-gutter: 4mm, row-gutter: 2.5mm,\n  {grid},\n)",
     ]
     return "\n".join(lines)
-
-
-def _first_heading(row: Row) -> str:
-    intro = (
-        "= The best designs <best>\n"
-        "Drawings as in @winner. Depth resolution: where pairs of pixels of one epipolar plane put a point (the paper's "
-        f"figure 6), on an image circle of {IMAGE_CIRCLE_PX} px. Depth error: lines first order, circles traced.\n"
-    )
-    return f"{intro}== Rank {row.rank}: #name-of({literal(row.configuration)})"
 
 
 def design_groups(row: Row, design: Design) -> list[tuple[str, list[tuple[str, str]]]]:
@@ -213,7 +222,10 @@ def smallest_object_facts(design: Design) -> list[tuple[str, str]]:
     distances = design.working_volume.distance_mm
     smallest = smallest_object(design, distances)
     return [
-        (f"resolved at {plain_number(distance)} mm", f"{number(float(height), 1)} × {number(float(width), 1)} mm (2 px)")
+        (
+            f"resolved at {plain_number(distance)} mm",
+            f"{number(float(height), 1)} × {number(float(width), 1)} mm (2 px)",
+        )
         for distance, height, width in zip(distances, smallest.height_mm, smallest.width_mm, strict=True)
     ]
 
@@ -239,8 +251,7 @@ def size_facts(row: Row) -> list[tuple[str, str]]:
     where = row.text("smallest_clearance_where")
     facts = [
         ("baseline", f"{number(row.number('baseline_mm'), 2)} mm"),
-        ("height", f"{number(row.number('height_mm'), 2)} mm"),
-        ("diameter", f"{number(row.number('diameter_mm'), 2)} mm"),
+        ("height × diameter", f"{number(row.number('height_mm'), 2)} × {number(row.number('diameter_mm'), 2)} mm"),
         ("volume", f"{number(row.number('volume_cm3'), 0)} cm³"),
         ("widest mirror", f"{number(row.number('largest_mirror_diameter_mm'), 2)} mm"),
         ("steepest slope", f"{number(row.number('largest_slope_deg'), 1)}°"),
@@ -254,14 +265,17 @@ def size_facts(row: Row) -> list[tuple[str, str]]:
 
 def view_facts(design: Design) -> list[tuple[str, str]]:
     """Elevation range, gain and viewpoint of both views."""
-    facts = []
-    for name in ("upper", "lower"):
-        view: View = getattr(design.views, name)
-        low, high = view.elevation_deg
-        facts.append((f"{name}: elevation", f"{number(low, 2)}° to {number(high, 2)}°"))
-        facts.append((f"{name}: gain κ, zone", f"{number(view.gain, 6)}, {view.zone}"))
-        facts.append((f"{name}: viewpoint", f"{number(view.viewpoint_mm, 3)} mm"))
-    return facts
+    upper, lower = design.views.upper, design.views.lower
+    elevations = [
+        (f"{name} view", f"{number(low, 2)}° to {number(high, 2)}°, {view.zone} zone")
+        for name, view in (("upper", upper), ("lower", lower))
+        for low, high in [view.elevation_deg]
+    ]
+    return [
+        *elevations,
+        ("gains, upper, lower", f"{number(upper.gain, 6)}, {number(lower.gain, 6)}"),
+        ("viewpoints", f"{number(upper.viewpoint_mm, 3)}, {number(lower.viewpoint_mm, 3)} mm"),
+    ]
 
 
 def provenance(study: StudyFolder) -> str:

@@ -52,8 +52,10 @@ def _ring_radius(focus: float, other_focus: float, gain: float, facing: int, tan
     return abs(c * (1 - q * q) / (math.cos(psi) - q) * math.sin(psi))
 
 
-def prototype(baseline_mm: float = 100.0, fold_mm: float = 95.0, topology: str = "upper_outer") -> Design:
-    """A system of the paper's kind: hyperboloidal primary, plane secondary, hyperboloidal direct mirror."""
+def prototype(
+    baseline_mm: float = 100.0, fold_mm: float = 95.0, topology: str = "upper_outer", direct_kind: str = "hyperboloid"
+) -> Design:
+    """A system of the paper's kind: hyperboloidal primary, plane secondary, and a direct mirror of either kind."""
     slopes = _asked_slopes(baseline_mm)
     tangents = {
         "upper": sorted(_half_tangent(slope, "direct") for slope in slopes["upper"]),
@@ -63,9 +65,11 @@ def prototype(baseline_mm: float = 100.0, fold_mm: float = 95.0, topology: str =
     edge = math.tan(math.atan(IMAGE_RADIUS_PX * PITCH_MM / FOCAL_LENGTH_MM) / 2)
     gain = {outer: edge / tangents[outer][1]}
     gain[inner] = gain[outer] * tangents[outer][0] / tangents[inner][1]
+    if direct_kind == "ellipsoid":
+        gain["upper"] = -gain["upper"]
     lower_viewpoint = 2.0
     upper_viewpoint = lower_viewpoint + baseline_mm
-    half = {view: [gain[view] * t for t in tangents[view]] for view in gain}
+    half = {view: [abs(gain[view]) * t for t in tangents[view]] for view in gain}
     primary = _conic(2 * fold_mm, lower_viewpoint, gain["lower"], -1)
     direct = _conic(0.0, upper_viewpoint, gain["upper"], 1)
     primary_rings = [_ring_radius(2 * fold_mm, lower_viewpoint, gain["lower"], -1, t) for t in half["lower"]]
@@ -74,10 +78,11 @@ def prototype(baseline_mm: float = 100.0, fold_mm: float = 95.0, topology: str =
     mirrors = [
         _mirror("secondary", "plane", (fold_mm, None, 0.0), 0.0, plane_radius + 0.3, "down"),
         _mirror("primary", "hyperboloid", primary, primary_rings[0] - 0.5, primary_rings[1] + 0.5, "up"),
-        _mirror("direct", "hyperboloid", direct, direct_rings[0] - 0.5, direct_rings[1] + 0.5, "down"),
+        _mirror("direct", direct_kind, direct, direct_rings[0] - 0.5, direct_rings[1] + 0.5, "down"),
     ]
     view = {"upper": (["direct"], upper_viewpoint, "direct"), "lower": (["secondary", "primary"], 2.0, "folded")}
-    return _design(f"folded-HyPl-Hy-{topology}", mirrors, view, gain, slopes, outer, baseline_mm)
+    code = "Hy" if direct_kind == "hyperboloid" else "El"
+    return _design(f"folded-HyPl-{code}-{topology}", mirrors, view, gain, slopes, outer, baseline_mm)
 
 
 def two_direct_mirrors(baseline_mm: float = 100.0) -> Design:
@@ -95,6 +100,23 @@ def two_direct_mirrors(baseline_mm: float = 100.0) -> Design:
         mirrors.append(_mirror(name, "hyperboloid", conic, rings[0] - 0.3, rings[1] + 0.3, "down"))
     view = {name: ([name], viewpoints[name], "direct") for name in ("upper", "lower")}
     return _design("direct-HyHy-upper_outer", mirrors, view, gain, slopes, "upper", baseline_mm)
+
+
+def crowd(count: int = 30) -> tuple[Design, ...]:
+    """Many designs on four sizes and two errors, so that the trade plots have near-ties to label."""
+    first = prototype()
+    names = [configuration.name for configuration in enumerate_configurations()][:count]
+    return tuple(
+        first.model_copy(
+            update={
+                "configuration": name,
+                "height_mm": 100.0 + 9.0 * (index % 4) + 0.01 * index,
+                "diameter_mm": 50.0 + 0.3 * (index % 11),
+                "score": {"depth_error_rms": 0.0121 + 0.0009 * (index % 2) + 1e-7 * index, "limit_ratio": 1.0},
+            }
+        )
+        for index, name in enumerate(names)
+    )
 
 
 def _mirror(
@@ -133,6 +155,8 @@ def _design(
         }
         for name in ("upper", "lower")
     }
+    levels = [mirror["vertex_mm"] for mirror in mirrors]
+    overall_height_mm = max(levels) - min(levels) + 12.0
     return Design.model_validate(
         {
             "schema": 1,
@@ -153,7 +177,7 @@ def _design(
             "mirrors": mirrors,
             "views": views,
             "baseline_mm": baseline_mm,
-            "height_mm": 104.0,
+            "height_mm": overall_height_mm,
             "diameter_mm": 2 * max(mirror["outer_radius_mm"] for mirror in mirrors),
             "working_volume": {"elevation_deg": list(ELEVATION_DEG), "distance_mm": list(DISTANCE_MM)},
             "noise_px": 0.1,
@@ -221,7 +245,12 @@ def write_sample_study(
 ) -> Path:
     """Write the files of a study (all but the report) and return its folder."""
     if designs is None:
-        designs = (prototype(), two_direct_mirrors(), prototype(topology="upper_inner"))
+        designs = (
+            prototype(),
+            two_direct_mirrors(),
+            prototype(topology="upper_inner"),
+            prototype(direct_kind="ellipsoid"),
+        )
     (folder / "designs").mkdir(parents=True, exist_ok=True)
     (folder / "requirement.toml").write_text(
         REQUIREMENT.format(name=json.dumps(name), title=json.dumps(title)), encoding="utf-8"
@@ -241,7 +270,7 @@ def write_sample_study(
 
 
 def _row(configuration: Configuration, by_name: dict[str, Design]) -> dict[str, Any]:
-    row: dict[str, Any] = dict.fromkeys(COLUMNS, "")
+    row: dict[str, Any] = dict.fromkeys(COLUMN_NAMES.split(), "")
     row |= {"configuration": configuration.name, "family": configuration.family, "topology": configuration.topology}
     row |= {"starts": 24, "solves": 31, "seconds": 0.21}
     if configuration.name in by_name:
@@ -249,10 +278,10 @@ def _row(configuration: Configuration, by_name: dict[str, Design]) -> dict[str, 
         rank = list(by_name).index(configuration.name) + 1
         return row | {
             "status": "feasible",
-            "depth_error_rms": 0.0121 + 0.00002 * rank,
-            "limit_ratio": 1.0 + 0.001 * rank,
+            "depth_error_rms": design.score["depth_error_rms"],
+            "limit_ratio": design.score["limit_ratio"],
             "baseline_mm": design.baseline_mm,
-            "height_mm": 100.0 + 3 * rank,
+            "height_mm": design.height_mm,
             "diameter_mm": design.diameter_mm,
             "rank": rank,
             "variant": design.variant,
@@ -281,12 +310,12 @@ def _row(configuration: Configuration, by_name: dict[str, Design]) -> dict[str, 
     return row | {"status": "failed", "reason": "RuntimeError: the solver returned no number"}
 
 
-COLUMNS = (
+COLUMN_NAMES = (
     "configuration family topology status reason depth_error_rms limit_ratio baseline_mm height_mm diameter_mm rank "
     "variant first_stage_depth_error_rms first_stage_height_mm first_stage_diameter_mm volume_cm3 "
     "largest_mirror_diameter_mm focal_length_mm lens depth_error_worst smallest_clearance_mm "
     "smallest_clearance_where largest_slope_deg closest_constraint closest_violation closest_unit starts solves seconds"
-).split()
+)
 
 PROVENANCE = {
     "versions": {"designer": "0.1.0", "python": "3.11.9", "casadi": "3.7.2", "numpy": "2.4.0"},

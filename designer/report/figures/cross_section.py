@@ -22,7 +22,7 @@ SIDE_MM, TOP_MM, BOTTOM_MM = 12.0, 11.0, 2.0
 """Paper around the drawing, for the dimension lines."""
 
 VIEWPOINT_MARKER = {"upper": "^", "lower": "v"}
-_HALO = [patheffects.withStroke(linewidth=2.0, foreground="white")]
+_HALO: list[patheffects.AbstractPathEffect] = [patheffects.withStroke(linewidth=2.0, foreground="white")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,9 +174,8 @@ def _draw_mirror(axes: Axes, mirror: Mirror) -> None:
 def _draw_balloons(axes: Axes, design: Design, scale: float) -> None:
     """Number the mirrors as in the prescription, behind each mirror where no light passes."""
     step = 4.2 * scale
-    taken: list[tuple[float, float]] = [
-        (0.0, view.viewpoint_mm) for view in (design.views.upper, design.views.lower)
-    ]
+    upper, lower = design.views.upper.viewpoint_mm, design.views.lower.viewpoint_mm
+    taken: list[tuple[float, float]] = [(0.0, upper), (-3.0 * scale, upper), (0.0, lower)]
     for number, mirror in enumerate(design.mirrors, start=1):
         radius = (mirror.inner_radius_mm + mirror.outer_radius_mm) / 2
         back = float(surface_of(mirror).height(radius)) + _backwards(mirror) * mirror.thickness_mm
@@ -217,9 +216,10 @@ def _draw_viewpoints(axes: Axes, design: Design, scale: float) -> None:
         crowded_above = index + 1 < len(heights) and heights[index + 1] - height < 4.0 * scale
         crowded_below = index > 0 and height - heights[index - 1] < 4.0 * scale
         shift = (-1.6 if crowded_above else 0.0) + (1.6 if crowded_below else 0.0)
-        label = axes.text(
-            1.9 * scale, height + shift * scale, symbol, color=colour, ha="left", va="center", fontsize=9.0, zorder=9
-        )
+        # The upper view's rays are on the right of its viewpoint, the lower view's on the left of the others.
+        side, anchor = (-1.0, "right") if symbol == "$F_u$" else (1.0, "left")
+        label = axes.text(side * 1.9 * scale, height + shift * scale, symbol, color=colour, ha=anchor, va="center")
+        label.set(fontsize=9.0, zorder=9)
         label.set_path_effects(_HALO)
 
 

@@ -30,7 +30,14 @@ def draw_depth_error(design: Design, width_mm: float, height_mm: float) -> Figur
     axes = figure.add_subplot()
     for elevation, colour, style in ((low, VERMILLION, "--"), ((low + high) / 2, GREEN, "-."), (high, BLUE, "-")):
         error = depth_error_map(pair, np.radians(elevation), distances, noise_mm)
-        axes.plot(distances / 1000, 100 * error, color=colour, linestyle=style, label=f"{elevation:g}°".replace("-", "−"), linewidth=1.0)
+        axes.plot(
+            distances / 1000,
+            100 * error,
+            color=colour,
+            linestyle=style,
+            label=f"{elevation:g}°".replace("-", "−"),
+            linewidth=1.0,
+        )
     elevations = np.radians(np.linspace(low, high, 33))[:, None]
     rms = np.sqrt(np.mean(depth_error_map(pair, elevations, distances, noise_mm) ** 2, axis=0))
     axes.plot(distances / 1000, 100 * rms, color=GREY, linewidth=2.6, alpha=0.5, label="rms", zorder=1)

@@ -1,4 +1,4 @@
-"""Where depth is resolved: the points that pairs of pixels of one epipolar plane can give, as in the paper's figure 6."""
+"""Where depth is resolved: the points that pairs of pixels of one epipolar plane give (the paper's figure 6)."""
 
 from __future__ import annotations
 

@@ -24,7 +24,12 @@ def draw_image_layout(design: Design, width_mm: float, height_mm: float) -> Figu
     half_width, half_height = camera.width_px / 2, camera.height_px / 2
     axes.add_patch(
         Rectangle(
-            (-half_width, -half_height), camera.width_px, camera.height_px, facecolor=_SENSOR_COLOUR, edgecolor=INK, lw=0.9
+            (-half_width, -half_height),
+            camera.width_px,
+            camera.height_px,
+            facecolor=_SENSOR_COLOUR,
+            edgecolor=INK,
+            lw=0.9,
         )
     )
     axes.add_patch(Circle((0, 0), circle_px, fill=False, edgecolor=GREY, linewidth=0.8, linestyle=(0, (4, 2))))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -18,7 +20,7 @@ def draw_resolution(design: Design, width_mm: float, height_mm: float) -> Figure
     for name in ("upper", "lower"):
         low, high = getattr(design.views, name).elevation_deg
         elevation_deg = np.linspace(low, high, 161)
-        style = {"color": VIEW_COLOUR[name], "linestyle": VIEW_LINE[name]}
+        style: dict[str, Any] = {"color": VIEW_COLOUR[name], "linestyle": VIEW_LINE[name]}
         axes.plot(elevation_deg, angular_resolution_px_per_deg(design, name, elevation_deg), linewidth=1.6, **style)
         axes.plot(elevation_deg, azimuthal_resolution_px_per_deg(design, name, elevation_deg), linewidth=0.6, **style)
     axes.set_ylim(bottom=0.0)

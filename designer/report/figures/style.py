@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.backends.backend_svg import FigureCanvasSVG
@@ -17,10 +18,10 @@ POINTS_PER_MM = 72.0 / MM_PER_INCH
 BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
 INK, GREY, LIGHT_GREY = "#1a1a1a", "#6b6b6b", "#c9c9c9"
 VIEW_COLOUR = {"upper": BLUE, "lower": VERMILLION}
-VIEW_LINE = {"upper": "-", "lower": "--"}
+VIEW_LINE: dict[str, Any] = {"upper": "-", "lower": "--"}
 SERIES = ((BLUE, "-", "o"), (VERMILLION, "--", "s"), (GREEN, "-.", "^"), (PURPLE, ":", "D"), (ORANGE, "-", "v"))
 
-_SETTINGS = {
+_SETTINGS: Any = {
     "font.family": "STIXGeneral",
     "mathtext.fontset": "stix",
     "font.size": 8.5,
@@ -56,8 +57,8 @@ def report_style() -> Iterator[None]:
 
 def new_figure(width_mm: float, height_mm: float, *, constrained: bool = True) -> Figure:
     """An empty figure of a given size on paper."""
-    layout = "constrained" if constrained else None
-    figure = Figure(figsize=(width_mm / MM_PER_INCH, height_mm / MM_PER_INCH), layout=layout)
+    size = (width_mm / MM_PER_INCH, height_mm / MM_PER_INCH)
+    figure = Figure(figsize=size, layout="constrained" if constrained else None)
     FigureCanvasSVG(figure)
     return figure
 

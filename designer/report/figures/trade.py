@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -40,7 +41,7 @@ def draw_trade(rows: Iterable[Row], swept: str, limit_mm: float | None, width_mm
     ]
     figure = new_figure(width_mm, height_mm)
     axes = figure.add_subplot()
-    for family, colour, marker in (("direct", BLUE, "o"), ("folded", VERMILLION, "s")):
+    for family, colour, marker, size_pt in (("folded", VERMILLION, "s", 4.0), ("direct", BLUE, "o", 6.5)):
         chosen = [point for point in points if point[2].family == family]
         if chosen:
             axes.plot(
@@ -48,8 +49,10 @@ def draw_trade(rows: Iterable[Row], swept: str, limit_mm: float | None, width_mm
                 [error for _, error, _ in chosen],
                 linestyle="none",
                 marker=marker,
-                markerfacecolor=colour + "90",
+                # Open rings about filled squares: both stay visible where designs of the two families coincide.
+                markerfacecolor="none" if family == "direct" else colour + "90",
                 markeredgecolor=colour,
+                markersize=size_pt,
                 label=f"{family} ({len(chosen)})",
                 zorder=3,
             )
@@ -111,7 +114,7 @@ def _label_ranks(figure: Figure, axes: Axes, points: list[tuple[float, float, Ro
     """Write ranks beside the points, near-ties together, without overlaps; returns the key of the letters used."""
     if not points:
         return {}
-    canvas = FigureCanvasAgg(figure)
+    canvas: Any = FigureCanvasAgg(figure)
     canvas.draw()
     pixels = axes.transData.transform([(size, error) for size, error, _ in points])
     pixels_per_mm = figure.dpi / 25.4
@@ -161,7 +164,7 @@ def _clusters(pixels: np.ndarray, distance: float) -> list[list[int]]:
 
 def _place(
     axes: Axes,
-    canvas: FigureCanvasAgg,
+    canvas: Any,
     text: str,
     centre: np.ndarray,
     pixels: np.ndarray,
@@ -173,9 +176,8 @@ def _place(
     frame = axes.get_window_extent(renderer)
     boxes = [other.get_window_extent(renderer).padded(1.0) for other in placed]
     to_data = axes.transData.inverted()
-    label = axes.text(
-        *to_data.transform(centre), text, fontsize=8.0, color=INK, ha="center", va="center", zorder=5, clip_on=False
-    )
+    x, y = to_data.transform(centre)
+    label = axes.text(x, y, text, fontsize=8.0, color=INK, ha="center", va="center", zorder=5, clip_on=False)
     for radius in (3.0, 4.0, 5.5, 7.0, 9.0, 11.0, 14.0):
         for angle in np.radians([45, 135, -45, -135, 90, -90, 0, 180, 20, 160, -20, -160]):
             step = radius * pixels_per_mm * np.array([np.cos(angle), np.sin(angle)])

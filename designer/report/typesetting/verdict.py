@@ -98,7 +98,7 @@ def _size(study: StudyFolder, winner: Row) -> str:
     baseline = winner.number("baseline_mm")
     lens = winner.text("lens")
     sentence = f"With a baseline of {number(baseline, 1)} mm the mirror system is {' and '.join(parts)}"
-    return text(sentence + (f", behind the lens {lens}." if lens else ".")) if parts else ""
+    return text(sentence + (f"; the lens is {lens}." if lens else ".")) if parts else ""
 
 
 def _decided(study: StudyFolder) -> str:
@@ -114,8 +114,8 @@ def _decided(study: StudyFolder) -> str:
     tied = sum(value <= best * (1 + within / 100) * (1 + 1e-9) for value in values)
     if tied > 1 and then:
         return text(
-            f"{tied} designs come within {plain_number(within)} % of the least {objective_name(first)}, "
-            f"so {objective_name(then)} decided among them."
+            f"Within {plain_number(within)} % of the least {objective_name(first)} lie {tied} designs; among them "
+            f"{objective_name(then)} decided."
         )
     return text(f"No other design comes within {plain_number(within)} % of its {objective_name(first)}: that decided.")
 
@@ -152,7 +152,9 @@ def _nothing_feasible(study: StudyFolder) -> str:
     if obstacles:
         (obstacle, times), *_ = obstacles.most_common()
         sentence += f"What stood in the way most often ({times} of {len(infeasible)}) is: {obstacle}. "
-        sentence += "The table below tells by how much each configuration fell short: relax the requirement there first."
+        sentence += (
+            "The table below tells by how much each configuration fell short: relax the requirement there first."
+        )
     return text(sentence) + "\n"
 
 

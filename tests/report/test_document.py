@@ -1,0 +1,124 @@
+"""The report as a whole: it builds from any folder, says everything, and is the same twice."""
+
+from __future__ import annotations
+
+import csv
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from sample_study import prototype, write_sample_study
+
+from designer.configurations import enumerate_configurations
+from designer.files import InputError
+from designer.report.document import draw_figures, typeset, write_pdf
+from designer.report.folder import read_folder
+from designer.report.sections import Illustrations, source
+from designer.report.typesetting.tables import ranking
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    designs = (prototype(), prototype(direct_kind="ellipsoid"))
+    path = write_sample_study(tmp_path_factory.mktemp("study") / "sample", name="indoor_robot", designs=designs)
+    write_pdf(path)
+    return path
+
+
+def test_a_report_with_its_figures_appears_beside_the_study(folder: Path) -> None:
+    assert (folder / "study.pdf").read_bytes().startswith(b"%PDF-")
+    names = {path.name for path in (folder / "figures").iterdir()}
+    for panel in ("cross-section", "image-layout", "resolution", "depth-resolution", "depth-error"):
+        assert f"{panel}-folded-HyPl-Hy-upper_outer.svg" in names
+    assert {"trade-height.svg", "trade-diameter.svg", "fronts-height.svg", "fronts-diameter.svg"} <= names
+    assert not [name for name in names if not name.endswith(".svg")]
+
+
+def test_the_same_folder_gives_the_same_bytes(folder: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "elsewhere"
+    shutil.copytree(folder, copy, ignore=shutil.ignore_patterns("figures", "study.pdf"))
+    write_pdf(copy)
+    assert (copy / "study.pdf").read_bytes() == (folder / "study.pdf").read_bytes()
+    for figure in (folder / "figures").iterdir():
+        assert (copy / "figures" / figure.name).read_bytes() == figure.read_bytes()
+
+
+def test_all_44_stand_in_the_ranking_with_status_and_reason(folder: Path) -> None:
+    study = read_folder(folder)
+    table = ranking(study.rows)
+    listed = re.findall(r'name-of\("([^"]+)"\)', table)
+    assert sorted(listed) == sorted(configuration.name for configuration in enumerate_configurations())
+    assert [row.rank for row in study.feasible] == list(range(1, len(study.feasible) + 1))
+    without_reason = [row for row in study.rows if row.status != "feasible" and not row.reason]
+    assert not without_reason
+    assert table.count("impossible") == len(study.with_status("impossible"))
+
+
+def test_the_paper_stands_beside_ours_for_the_indoor_robot_alone(folder: Path) -> None:
+    study = read_folder(folder)
+    assert "paper's prototype" in source(study, Illustrations())
+    study.requirement["name"] = "elsewhere"
+    assert "paper's prototype (Jang" not in source(study, Illustrations())
+
+
+def test_a_study_without_a_feasible_design_says_what_came_closest(tmp_path: Path) -> None:
+    path = write_sample_study(tmp_path / "none", designs=())
+    study = read_folder(path)
+    text = source(study, Illustrations())
+    assert "What came closest" in text
+    assert "diameter of the mirror system" in text
+    assert "None of the 44" in text
+    assert write_pdf(path).read_bytes().startswith(b"%PDF-")
+
+
+def test_one_feasible_design_is_enough(tmp_path: Path) -> None:
+    path = write_sample_study(tmp_path / "one", designs=(prototype(),))
+    assert "only feasible design" in source(read_folder(path), Illustrations())
+    assert write_pdf(path).exists()
+
+
+def test_columns_fronts_and_provenance_may_be_missing(tmp_path: Path) -> None:
+    path = write_sample_study(tmp_path / "lean", designs=(prototype(),))
+    (path / "fronts.csv").unlink()
+    (path / "provenance.json").unlink()
+    with (path / "designs.csv").open(encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    kept = "configuration family topology status reason depth_error_rms limit_ratio baseline_mm height_mm diameter_mm"
+    with (path / "designs.csv").open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.DictWriter(stream, fieldnames=kept.split(), extrasaction="ignore")
+        writer.writeheader()
+        writer.writerows(rows)
+    study = read_folder(path)
+    assert typeset(study, draw_figures(study)).startswith(b"%PDF-")
+
+
+def test_figures_of_an_earlier_report_go(tmp_path: Path) -> None:
+    path = write_sample_study(tmp_path / "study", designs=())
+    stale, foreign = (path / "figures" / name for name in ("resolution-gone.svg", "office.svg"))
+    stale.parent.mkdir()
+    for file in (stale, foreign):
+        file.write_text("<svg/>")
+    write_pdf(path)
+    assert not stale.exists()
+    assert foreign.exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "told"),
+    [
+        ("designs.csv", "configuration,family\n", "status"),
+        ("requirement.toml", "baseline_mm = = 3", "TOML"),
+        ("provenance.json", "[1]", "object"),
+        ("fronts.csv", "configuration,swept,limit_mm,status\na,height_mm,tall,feasible\n", "limit_mm"),
+    ],
+)
+def test_a_broken_folder_is_one_line(tmp_path: Path, name: str, content: str, told: str) -> None:
+    path = write_sample_study(tmp_path / "broken", designs=())
+    (path / name).write_text(content)
+    with pytest.raises(InputError) as caught:
+        write_pdf(path)
+    assert name in str(caught.value)
+    assert told in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert not (path / "study.pdf").exists()
