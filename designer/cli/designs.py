@@ -62,19 +62,25 @@ def _plain(value: object) -> object:
 
 
 def _outline(value: object, indent: str = "") -> list[str]:
-    """Lines of ``key: value``, nested tables indented."""
+    """Lines of ``key: value``, tables indented; a list of tables has a row for each key, a column for each table."""
     if not isinstance(value, dict):
         return [f"{indent}{_text(value)}"]
     lines = []
     for key, item in value.items():
         if isinstance(item, dict):
             lines += [f"{indent}{key}:", *_outline(item, indent + "  ")]
-        elif isinstance(item, list) and any(isinstance(entry, dict) for entry in item):
-            lines.append(f"{indent}{key}:")
-            lines += [f"{indent}  - {_text(entry)}" for entry in item]
+        elif isinstance(item, list) and item and all(isinstance(entry, dict) for entry in item):
+            lines += [f"{indent}{key}:", *(f"{indent}  {line}" for line in _columns(item))]
         else:
             lines.append(f"{indent}{key}: {_text(item)}")
     return lines
+
+
+def _columns(tables: list[dict[str, object]]) -> list[str]:
+    keys = list(dict.fromkeys(key for table in tables for key in table))
+    rows = [[key, *(_text(table.get(key)) for table in tables)] for key in keys]
+    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
 def _text(value: object) -> str:
@@ -86,6 +92,4 @@ def _text(value: object) -> str:
         return "none"
     if isinstance(value, list):
         return ", ".join(_text(item) for item in value)
-    if isinstance(value, dict):
-        return ", ".join(f"{key} {_text(item)}" for key, item in value.items())
     return str(value)

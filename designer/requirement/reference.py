@@ -21,8 +21,8 @@ file to start from.
 
 Lengths are in millimetres, angles in degrees and image lengths in pixels, as the names say. The origin is the centre
 of the lens's entrance pupil; z runs along the optical axis, upwards, and radii are measured from it. Keys without a
-default must be given. A key that does not exist, a wrong type, a value outside its limits, or values that do not fit together
-end with one line that says what is allowed, and nothing is written.
+default must be given. A key that does not exist, a wrong type, a value outside its limits, or values that do not fit
+together end with one line that says what is allowed, and nothing is written.
 """
 
 # Tables that are not fields of one model: the heading under which their keys are listed, where they may stand in the

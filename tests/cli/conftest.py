@@ -1,0 +1,51 @@
+"""A stand-in for the study, so that the command line is tested alone and at once."""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from recorded_calls import Calls
+
+from designer.requirement import Requirement
+from designer.study.progress import Progress
+
+DESIGNS = """\
+configuration,family,topology,status,reason,depth_error_rms,limit_ratio,baseline_mm,height_mm,diameter_mm
+folded-HyPl-Hy-upper_outer,folded,upper_outer,feasible,,0.0123,1.004,100,118.2,61.5
+direct-HyHy-upper_outer,direct,upper_outer,infeasible,height_mm exceeded by 71 mm,,,,,
+direct-ElEl-upper_outer,direct,upper_outer,impossible,an ellipsoid cannot see its own horizon,,,,,
+"""
+
+
+@pytest.fixture
+def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
+    seen = Calls()
+
+    def run_study(
+        requirement: Requirement,
+        out_dir: Path,
+        *,
+        jobs: int,
+        only: tuple[str, ...],
+        progress: Callable[[Progress], None] | None,
+    ) -> None:
+        seen.requirements.append(requirement)
+        seen.folders.append(out_dir)
+        seen.jobs.append(jobs)
+        seen.only.append(only)
+        (out_dir / "designs.csv").write_text(DESIGNS, encoding="utf-8")
+        if progress:
+            progress(Progress(1, 2, "direct-HyHy-upper_outer", "infeasible", 0, 1.5, 1.5))
+            progress(Progress(2, 2, "folded-HyPl-Hy-upper_outer", "feasible", 1, 3.0, 0.0))
+
+    def write_pdf(study_dir: Path) -> Path:
+        seen.reports.append(study_dir)
+        return study_dir / "study.pdf"
+
+    for name, function in (("designer.study.run", run_study), ("designer.report.document", write_pdf)):
+        module = ModuleType(name)
+        setattr(module, function.__name__, function)
+        monkeypatch.setitem(sys.modules, name, module)
+    return seen

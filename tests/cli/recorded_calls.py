@@ -1,0 +1,17 @@
+"""What the command line asked of the stand-ins for study and report."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from designer.requirement import Requirement
+
+
+@dataclass
+class Calls:
+    """The arguments of every call, in order."""
+
+    requirements: list[Requirement] = field(default_factory=list)
+    folders: list[Path] = field(default_factory=list)
+    jobs: list[int] = field(default_factory=list)
+    only: list[tuple[str, ...]] = field(default_factory=list)
+    reports: list[Path] = field(default_factory=list)

@@ -1,0 +1,183 @@
+"""The commands: what they print, what they write, with which exit code they end."""
+
+import csv
+import io
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+from recorded_calls import Calls
+
+from designer.cli import cli
+from designer.configurations import enumerate_configurations
+from designer.design import read_design, write_design
+from designer.requirement import read_requirement
+
+DATA = Path(__file__).parents[1] / "data"
+NAMES = [configuration.name for configuration in enumerate_configurations()]
+
+
+def run(*words: object) -> Result:
+    return CliRunner().invoke(cli, [str(word) for word in words])
+
+
+def refused(*words: object) -> str:
+    """The one line with which a command refuses, with exit code 2 and nothing on stdout."""
+    result = run(*words)
+    assert (result.exit_code, result.stdout) == (2, ""), result.output
+    (line,) = result.stderr.splitlines()
+    return line
+
+
+@pytest.fixture
+def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A valid requirement file, in a folder of its own that is the current one."""
+    monkeypatch.chdir(tmp_path)
+    assert run("init", "my.toml").exit_code == 0
+    return Path("my.toml")
+
+
+def test_the_44_as_table_json_and_csv() -> None:
+    assert [line.split()[0] for line in run("configurations").stdout.splitlines()[2:]] == NAMES
+    rows = json.loads(run("configurations", "--json").stdout)
+    assert [row["configuration"] for row in rows] == NAMES
+    table = list(csv.DictReader(io.StringIO(run("configurations", "--csv").stdout)))
+    assert [row["configuration"] for row in table] == NAMES
+    prototype = next(row for row in table if row["configuration"] == "folded-HyPl-Hy-upper_outer")
+    assert (prototype["primary"], prototype["secondary"], prototype["direct"]) == (
+        "hyperboloid",
+        "plane",
+        "hyperboloid",
+    )
+
+
+def test_init_writes_a_valid_requirement_and_overwrites_nothing(asked: Path) -> None:
+    assert read_requirement(asked).name == "my"
+    asked.write_text("mine", encoding="utf-8")
+    assert "my.toml: exists already" in refused("init", asked)
+    assert asked.read_text(encoding="utf-8") == "mine"
+    assert "cannot be written" in refused("init", "absent/my.toml")
+    assert "exists already" in refused("init", ".")
+
+
+def test_a_study_goes_to_reports_and_ends_with_the_ranking(asked: Path, calls: Calls) -> None:
+    result = run("study", asked)
+    assert result.exit_code == 0
+    assert calls.folders == calls.reports == [Path("reports/my")]
+    assert calls.only == [()]
+    assert calls.jobs[0] >= 1
+    assert calls.requirements == [read_requirement(asked)]
+    table = result.stdout.splitlines()
+    assert table[2].split() == ["1", "folded-HyPl-Hy-upper_outer", "1.230", "%", "1.004", "100.0", "118.2", "61.5"]
+    assert table[3] == "3 configurations: 1 feasible, 1 infeasible, 1 impossible"
+    assert table[4] == "reports/my/study.pdf"
+    assert result.stderr.splitlines() == [
+        "[1/2] direct-HyHy-upper_outer: infeasible (0 feasible so far, 2 s left)",
+        "[2/2] folded-HyPl-Hy-upper_outer: feasible (1 feasible so far, 0 s left)",
+        "Typesetting study.pdf ...",
+    ]
+
+
+def test_a_quiet_study_without_pdf_elsewhere(asked: Path, calls: Calls) -> None:
+    result = run("study", "--quiet", "--no-pdf", "--jobs", 3, "--out", "else/where", asked)
+    assert (result.exit_code, result.output) == (0, "")
+    assert (calls.folders, calls.jobs, calls.reports) == ([Path("else/where")], [3], [])
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--only", NAMES[0], NAMES[9], "my.toml"),
+        ("--only", NAMES[9], "--only", NAMES[0], "my.toml"),
+        ("my.toml", "--only", NAMES[0], NAMES[9]),
+        ("my.toml", "--only", NAMES[0], NAMES[9], "--quiet"),
+    ],
+)
+def test_some_configurations_only(words: tuple[str, ...], asked: Path, calls: Calls) -> None:
+    assert run("study", *words).exit_code == 0
+    assert calls.only == [(NAMES[0], NAMES[9])]
+    assert set(calls.requirements[0].solve.configurations) == {NAMES[0], NAMES[9]}
+
+
+def test_only_takes_patterns(asked: Path, calls: Calls) -> None:
+    assert run("study", asked, "--only", "direct-*-upper_inner").exit_code == 0
+    assert calls.only == [tuple(NAMES[1:8:2])]
+
+
+def test_only_names_what_does_not_exist(asked: Path, calls: Calls) -> None:
+    line = refused("study", asked, "--only", "folded-HyPl-Hy-upper_outr")
+    assert line.startswith("designer: --only: 'folded-HyPl-Hy-upper_outr' is none of the 44")
+    assert line.endswith("did you mean folded-HyPl-Hy-upper_outer?")
+    assert not Path("reports").exists()
+
+
+def test_a_folder_that_cannot_be_written_is_found_out_before_the_work(asked: Path, calls: Calls) -> None:
+    Path("taken").write_text("a file", encoding="utf-8")
+    assert "taken: results cannot be written there" in refused("study", asked, "--out", "taken")
+    assert "results cannot be written there" in refused("study", asked, "--out", "taken/below")
+    assert "results cannot be written there" in refused("study", asked, "--out", "/proc/nowhere")
+    assert not calls.requirements
+
+
+def test_a_full_disk_is_one_line(asked: Path, calls: Calls, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*arguments: object, **options: object) -> None:
+        raise OSError(28, "No space left on device", "reports/my/designs.csv")
+
+    monkeypatch.setattr(sys.modules["designer.study.run"], "run_study", full)
+    result = run("study", asked)
+    assert result.exit_code == 1
+    assert result.stderr == "designer: [Errno 28] No space left on device: 'reports/my/designs.csv'\n"
+
+
+def test_a_report_is_typeset_again(asked: Path, calls: Calls) -> None:
+    Path("folder").mkdir()
+    assert run("report", "folder").stdout == "folder/study.pdf\n"
+    assert "absent: must be the folder of a study" in refused("report", "absent")
+
+
+def test_the_tracers_verdict_decides_the_exit_code(tmp_path: Path) -> None:
+    good = DATA / "folded_hypl_hy.json"
+    result = run("trace", good)
+    assert result.exit_code == 0
+    assert "passed" in result.stdout.splitlines()[0]
+    design = read_design(good)
+    shifted = tuple(
+        mirror.model_copy(update={"vertex_mm": mirror.vertex_mm + 0.01}) if mirror.name == "primary" else mirror
+        for mirror in design.mirrors
+    )
+    spoiled = tmp_path / "spoiled.json"
+    write_design(design.model_copy(update={"mirrors": shifted}), spoiled)
+    result = run("trace", spoiled)
+    assert result.exit_code == 1
+    assert "NOT passed" in result.stdout
+
+
+def test_a_design_is_scored_and_traced() -> None:
+    result = run("evaluate", DATA / "jaramillo_2016.json")
+    assert result.exit_code == 0
+    assert "depth_error_rms: " in result.stdout
+    assert "baseline 131.607 mm" in result.stdout
+    content = json.loads(run("evaluate", "--json", DATA / "jaramillo_2016.json").stdout, parse_constant=pytest.fail)
+    assert content["evaluation"]["limit_ratio"] >= 1
+    assert content["trace"]["passed"] is False
+
+
+@pytest.mark.parametrize("command", ["trace", "evaluate"])
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "not JSON"),
+        (b"{}", "is required but missing"),
+        (b"\xff\xfe", "not UTF-8"),
+        (b"[" * 100_000, "nested too deeply"),
+        (b'{"schema": 2}', "schema"),
+    ],
+)
+def test_a_file_that_is_no_design(command: str, content: bytes, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "design.json"
+    path.write_bytes(content)
+    line = refused(command, path)
+    assert "design.json" in line
+    assert message in line
