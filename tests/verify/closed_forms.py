@@ -191,3 +191,115 @@ def folded_hypl_hy(margin: float = 0.15, thickness: float = 2.0) -> Design:
         "zone": "inner",
     }
     return record(mirrors, upper, lower, "folded-HyPl-Hy-upper_outer")
+
+
+def folded(
+    secondary: dict[str, Any],
+    primary: dict[str, Any],
+    kappa: float,
+    viewpoint: float,
+    elevations: tuple[float, float],
+    configuration: str,
+) -> Design:
+    """A folded pair under a direct mirror that is far out of its way; for tests of the folded view alone."""
+    z_upper = viewpoint + 150.0
+    q = 0.78
+    t = [gain(q) * half_tangent(phi, "direct") for phi in (-10.0, 10.0)]
+    radii = [radius_seen(0.0, z_upper, q, value, "down") for value in t]
+    upper = {
+        "path": ["direct"],
+        "viewpoint_mm": z_upper,
+        "gain": gain(q),
+        "sense": "direct",
+        "elevation_deg": [-9.0, 9.0],
+        "zone": "outer",
+    }
+    lower = {
+        "path": ["secondary", "primary"],
+        "viewpoint_mm": viewpoint,
+        "gain": kappa,
+        "sense": "folded",
+        "elevation_deg": list(elevations),
+        "zone": "inner",
+    }
+    mirrors = [secondary, primary, conic_mirror("direct", 0.0, z_upper, q, "down", (radii[0], radii[1]))]
+    camera = {"focal_length_mm": 4.0, "lens_radius_mm": 2.0, "lens_front_mm": 0.5, "body_radius_mm": 2.0}
+    return record(mirrors, upper, lower, configuration, camera=camera)
+
+
+def convex_ellipsoid_pair() -> Design:
+    """The traced example of the design notes: two ellipsoids that share a focus below the primary.
+
+    Its figures are printed to five digits, so only the secondary's q and foci are taken from them and the primary is
+    computed exactly.
+    """
+    q_secondary, q_primary = -1.0 / np.sqrt(0.4085), 1.0 / np.sqrt(0.96)
+    c_secondary = 99.51 / (1.0 + q_secondary)
+    shared = 2.0 * c_secondary
+    viewpoint = 11.32
+    c_primary = (shared - viewpoint) / 2.0
+    kappa = gain(q_secondary) * gain(q_primary)
+    t = [kappa * half_tangent(phi, "folded") for phi in (17.0, -17.0)]
+    radii = [radius_seen(0.0, shared, q_secondary, value, "down") for value in t]
+    between = [value / gain(q_secondary) for value in t]
+    outer = [radius_seen(shared, viewpoint, q_primary, value, "up") for value in between]
+    assert c_primary < 0.0
+    return folded(
+        conic_mirror("secondary", 0.0, shared, q_secondary, "down", (radii[0], radii[1]), 1.0),
+        conic_mirror("primary", shared, viewpoint, q_primary, "up", (outer[0], outer[1]), 1.0),
+        kappa,
+        viewpoint,
+        (-16.0, 16.0),
+        "folded-ElEl-Hy-upper_outer",
+    )
+
+
+def paraboloid_pair() -> Design:
+    """Concave secondary with its focus at the pinhole, convex primary with its focus at the viewpoint."""
+    p_secondary, p_primary, viewpoint = 90.0, 5.0, 2.0
+    kappa = p_primary / p_secondary
+    t = [kappa * half_tangent(phi, "folded") for phi in (17.0, -17.0)]
+    radii = (2.0 * p_secondary * t[0], 2.0 * p_secondary * t[1])
+    return folded(
+        paraboloid("secondary", p_secondary, -2.0 * p_secondary, "down", radii),
+        paraboloid("primary", viewpoint + p_primary, -2.0 * p_primary, "up", radii),
+        kappa,
+        viewpoint,
+        (-16.0, 16.0),
+        "folded-PaPa-Hy-upper_outer",
+    )
+
+
+def direct_ellipsoid_pair() -> Design:
+    """Near field: an upper ellipsoid of negative gain over a lower hyperboloid."""
+    volume = ((-8.0, 8.0), (120.0, 250.0))
+    baseline = 120.0
+    upper_range, lower_range = view_ranges(*volume, baseline)
+    z_lower = 150.0
+    z_upper = z_lower + baseline
+    q_upper = 1.128
+    kappa_upper = gain(q_upper)
+    q_lower = 0.9
+    t_upper = [kappa_upper * half_tangent(phi, "direct") for phi in upper_range]
+    t_lower = [gain(q_lower) * half_tangent(phi, "direct") for phi in lower_range]
+    radii_upper = [radius_seen(0.0, z_upper, q_upper, abs(t), "down") for t in t_upper]
+    radii_lower = [radius_seen(0.0, z_lower, q_lower, t, "down") for t in t_lower]
+    mirrors = [
+        conic_mirror("lower", 0.0, z_lower, q_lower, "down", (min(radii_lower) - 0.1, max(radii_lower) + 0.1)),
+        conic_mirror("upper", 0.0, z_upper, q_upper, "down", (min(radii_upper) - 0.1, max(radii_upper) + 0.1)),
+    ]
+    views = [
+        {
+            "path": [name],
+            "viewpoint_mm": z,
+            "gain": kappa,
+            "sense": "direct",
+            "elevation_deg": list(elevations),
+            "zone": zone,
+        }
+        for name, z, kappa, elevations, zone in (
+            ("upper", z_upper, kappa_upper, upper_range, "inner"),
+            ("lower", z_lower, gain(q_lower), lower_range, "outer"),
+        )
+    ]
+    return record(mirrors, views[0], views[1], "direct-HyEl-upper_inner", volume)
