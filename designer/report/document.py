@@ -69,7 +69,7 @@ def typeset(study: StudyFolder, illustrations: Illustrations) -> bytes:
     files["main.typ"] = source(study, illustrations).encode("utf-8")
     # The stubs do not know that the input may be a dict of virtual files.
     compile_files: Any = typst.compile
-    pdf: bytes = compile_files(files, format="pdf", ignore_system_fonts=True, font_paths=[])
+    pdf: bytes = compile_files(files, format="pdf", ignore_system_fonts=True, font_paths=[], pdf_tags=False)
     return pdf
 
 

@@ -39,7 +39,8 @@ def draw_cross_section(design: Design, width_mm: float, height_mm: float) -> Dra
     Rays fan out over the elevations asked of each view; dotted lines lead the leaving rays back to the viewpoint.
     """
     outline = _Outline.of(design)
-    low, high = outline.low - 0.05 * outline.height, outline.high + 0.05 * outline.height
+    below, above = _room_for_rays(design, outline)
+    low, high = outline.low - below, outline.high + above
     free_width, free_height = width_mm - 2 * SIDE_MM, height_mm - TOP_MM - BOTTOM_MM
     scale = _scale(2 * 1.4 * outline.half_width, high - low, free_width, free_height)
     # Paper left over goes to the leaving rays.
@@ -59,7 +60,7 @@ def draw_cross_section(design: Design, width_mm: float, height_mm: float) -> Dra
     for mirror in design.mirrors:
         _draw_mirror(axes, mirror)
     _draw_balloons(axes, design, scale)
-    _draw_viewpoints(axes, design, scale)
+    _draw_viewpoints(axes, design, frame, scale)
     _draw_dimensions(axes, design, outline, frame, scale)
     return Drawing(figure, scale)
 
@@ -97,6 +98,16 @@ class _Outline:
         high = max(head_high, *viewpoints)
         half_width = max(max(mirror.outer_radius_mm for mirror in design.mirrors), 0.3 * (high - low))
         return cls(half_width, low, high, head_low, head_high)
+
+
+def _room_for_rays(design: Design, outline: _Outline) -> tuple[float, float]:
+    """Space under and over the system in which steep leaving rays can be followed, mm."""
+    views = (design.views.upper, design.views.lower)
+    lowest = min(view.elevation_deg[0] for view in views)
+    highest = max(view.elevation_deg[1] for view in views)
+    steepness = np.tan(np.radians([-lowest, highest]))
+    below, above = np.clip(0.5 * outline.half_width * steepness, 0.05 * outline.height, 0.25 * outline.height)
+    return float(below), float(above)
 
 
 def _extent(mirror: Mirror) -> tuple[float, float]:
@@ -175,7 +186,7 @@ def _draw_balloons(axes: Axes, design: Design, scale: float) -> None:
     """Number the mirrors as in the prescription, behind each mirror where no light passes."""
     step = 4.2 * scale
     upper, lower = design.views.upper.viewpoint_mm, design.views.lower.viewpoint_mm
-    taken: list[tuple[float, float]] = [(0.0, upper), (-3.0 * scale, upper), (0.0, lower)]
+    taken: list[tuple[float, float]] = [(0.0, upper), (0.0, lower)]
     for number, mirror in enumerate(design.mirrors, start=1):
         radius = (mirror.inner_radius_mm + mirror.outer_radius_mm) / 2
         back = float(surface_of(mirror).height(radius)) + _backwards(mirror) * mirror.thickness_mm
@@ -203,24 +214,16 @@ def _is_clear(spot: tuple[float, float], taken: list[tuple[float, float]], dista
     return all(np.hypot(spot[0] - other[0], spot[1] - other[1]) > 1.1 * distance for other in taken)
 
 
-def _draw_viewpoints(axes: Axes, design: Design, scale: float) -> None:
-    marks = [(0.0, "$O$", INK, "x")]
+def _draw_viewpoints(axes: Axes, design: Design, frame: _Frame, scale: float) -> None:
+    """Mark pinhole and viewpoints on the axis; the viewpoints' names stand in the margin, at the baseline's ends."""
+    axes.plot([0.0], [0.0], marker="x", color=INK, markersize=5.0, zorder=8, linestyle="none")
+    label = axes.text(1.9 * scale, 0.0, "$O$", ha="left", va="top", fontsize=9.0, zorder=9)
+    label.set_path_effects(_HALO)
+    margin = frame.right + 6.5 * scale
     for name, symbol in (("upper", "$F_u$"), ("lower", "$F_l$")):
-        view: View = getattr(design.views, name)
-        marks.append((view.viewpoint_mm, symbol, VIEW_COLOUR[name], VIEWPOINT_MARKER[name]))
-    marks.sort()
-    heights = [height for height, *_ in marks]
-    for index, (height, symbol, colour, marker) in enumerate(marks):
-        axes.plot([0.0], [height], marker=marker, color=colour, markersize=5.0, zorder=8, linestyle="none")
-        # The pinhole and the lower viewpoint often lie close together: push their labels apart.
-        crowded_above = index + 1 < len(heights) and heights[index + 1] - height < 4.0 * scale
-        crowded_below = index > 0 and height - heights[index - 1] < 4.0 * scale
-        shift = (-1.6 if crowded_above else 0.0) + (1.6 if crowded_below else 0.0)
-        # The upper view's rays are on the right of its viewpoint, the lower view's on the left of the others.
-        side, anchor = (-1.0, "right") if symbol == "$F_u$" else (1.0, "left")
-        label = axes.text(side * 1.9 * scale, height + shift * scale, symbol, color=colour, ha=anchor, va="center")
-        label.set(fontsize=9.0, zorder=9)
-        label.set_path_effects(_HALO)
+        height, colour = getattr(design.views, name).viewpoint_mm, VIEW_COLOUR[name]
+        axes.plot([0.0], [height], marker=VIEWPOINT_MARKER[name], color=colour, markersize=5.0, zorder=8)
+        axes.text(margin, height, symbol, color=colour, ha="left", va="center", fontsize=9.0)
 
 
 def _draw_dimensions(axes: Axes, design: Design, outline: _Outline, frame: _Frame, scale: float) -> None:
@@ -231,7 +234,7 @@ def _draw_dimensions(axes: Axes, design: Design, outline: _Outline, frame: _Fram
     for height in (outline.head_low, outline.head_high):
         _extension(axes, (0.0, height), (left - 0.3 * gap, height))
     for view in (design.views.upper, design.views.lower):
-        _extension(axes, (0.0, view.viewpoint_mm), (right + 0.3 * gap, view.viewpoint_mm))
+        _extension(axes, (0.0, view.viewpoint_mm), (right + 0.5 * gap, view.viewpoint_mm))
     for side in (-1.0, 1.0):
         radius = side * widest.outer_radius_mm
         _extension(axes, (radius, rim), (radius, top + 0.3 * gap))

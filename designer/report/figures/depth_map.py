@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from designer.design import Design
 from designer.evaluate.resolution import epipolar_lattice
-from designer.report.figures.style import INK, LIGHT_GREY, VIEW_COLOUR, new_figure
+from designer.report.figures.style import INK, LIGHT_GREY, VIEW_COLOUR, length_unit, new_figure
 
 IMAGE_CIRCLE_PX = 400
 """Diameter of the image circle, in pixels, for which the map is drawn: few enough for the points to stay apart."""
@@ -22,23 +22,30 @@ def draw_depth_map(design: Design, width_mm: float, height_mm: float) -> Figure:
     distance_mm, level_mm = epipolar_lattice(coarsened(design))
     middle = (design.views.upper.viewpoint_mm + design.views.lower.viewpoint_mm) / 2
     far = design.working_volume.distance_mm[1]
+    unit_mm, unit = length_unit(far)
     outline = _outline(design)
-    low, high = min(outline[:, 1].min(), -0.3 * far), max(outline[:, 1].max(), 0.3 * far)
-    shown = (distance_mm < 1.02 * far) & (level_mm - middle > 1.05 * low) & (level_mm - middle < 1.05 * high)
+    low, high = _shown_levels(outline, design.baseline_mm)
+    shown = (distance_mm < 1.02 * far) & (level_mm - middle > low) & (level_mm - middle < high)
     figure = new_figure(width_mm, height_mm)
     axes = figure.add_subplot()
-    axes.fill(*(outline.T / 1000), facecolor=LIGHT_GREY + "60", edgecolor=LIGHT_GREY, linewidth=0.8, zorder=1)
-    axes.plot(
-        distance_mm[shown] / 1000, (level_mm[shown] - middle) / 1000, ".", color=INK, markersize=1.3, mew=0, zorder=2
-    )
+    axes.fill(*(outline.T / unit_mm), facecolor=LIGHT_GREY + "60", edgecolor=LIGHT_GREY, linewidth=0.8, zorder=1)
+    points = (distance_mm[shown] / unit_mm, (level_mm[shown] - middle) / unit_mm)
+    axes.plot(*points, ".", color=INK, markersize=1.3, mew=0, zorder=2)
     for name, marker in (("upper", "^"), ("lower", "v")):
-        level = getattr(design.views, name).viewpoint_mm - middle
-        axes.plot([0], [level / 1000], marker=marker, color=VIEW_COLOUR[name], clip_on=False, markersize=4, zorder=3)
-    axes.set_xlim(0, 1.02 * far / 1000)
-    axes.set_ylim(1.05 * low / 1000, 1.05 * high / 1000)
-    axes.set_xlabel("distance from the axis $D$ (m)")
-    axes.set_ylabel("height (m)")
+        level = (getattr(design.views, name).viewpoint_mm - middle) / unit_mm
+        axes.plot([0], [level], marker=marker, color=VIEW_COLOUR[name], clip_on=False, markersize=4, zorder=3)
+    axes.set_xlim(0, 1.02 * far / unit_mm)
+    axes.set_ylim(low / unit_mm, high / unit_mm)
+    axes.set_xlabel(f"distance from the axis $D$ ({unit})")
+    axes.set_ylabel(f"height ({unit})")
     return figure
+
+
+def _shown_levels(outline: np.ndarray, baseline_mm: float) -> tuple[float, float]:
+    """Heights, from the middle of the baseline, between which the volume and both viewpoints are seen, mm."""
+    low, high = min(outline[:, 1].min(), -baseline_mm / 2), max(outline[:, 1].max(), baseline_mm / 2)
+    room = 0.05 * (high - low)
+    return low - room, high + room
 
 
 def coarsened(design: Design) -> Design:

@@ -63,6 +63,11 @@ def new_figure(width_mm: float, height_mm: float, *, constrained: bool = True) -
     return figure
 
 
+def length_unit(longest_mm: float) -> tuple[float, str]:
+    """Millimetres per unit, and the unit, in which lengths up to ``longest_mm`` read best."""
+    return (1000.0, "m") if longest_mm >= 1000.0 else (1.0, "mm")
+
+
 def svg_bytes(figure: Figure) -> bytes:
     """The figure as SVG, without date or other noise: equal figures give equal bytes."""
     stream = io.BytesIO()
