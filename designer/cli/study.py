@@ -127,9 +127,9 @@ def _result(folder: Path, pdf: Path | None) -> str:
         (
             str(rank),
             row["configuration"],
-            f"{100 * float(row['depth_error_rms']):.3f} %",
-            f"{float(row['limit_ratio']):.3f}",
-            *(f"{float(row[key]):.1f}" for key in ("baseline_mm", "height_mm", "diameter_mm")),
+            _cell(row["depth_error_rms"], 100, 3, " %"),
+            _cell(row["limit_ratio"], 1, 3),
+            *(_cell(row[key], 1, 1) for key in ("baseline_mm", "height_mm", "diameter_mm")),
         )
         for rank, row in enumerate(feasible[:SHOWN_DESIGNS], 1)
     ]
@@ -137,3 +137,7 @@ def _result(folder: Path, pdf: Path | None) -> str:
     parts.append(f"{len(rows)} configurations: {counts}")
     parts.append(f"{pdf}" if pdf else f"{folder / 'designs.csv'}")
     return "\n".join(parts)
+
+
+def _cell(number: str, factor: float, decimals: int, unit: str = "") -> str:
+    return f"{factor * float(number):.{decimals}f}{unit}" if number else "-"
