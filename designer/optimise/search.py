@@ -40,10 +40,11 @@ ENOUGH_OPTIMA = 4
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A design in the unit box, checked."""
+    """A design in the unit box, checked; it carries what is needed to go on from it."""
 
     problem: Problem
     lens: Lens
+    scales: tuple[float, ...]
     scaled: Array
     values: dict[str, float]
     goals: dict[str, float]
@@ -84,7 +85,13 @@ class SearchResult:
     shortfall: Shortfall | None = None
     solves: int = 0
     statuses: dict[str, int] = field(default_factory=dict)
-    limit: float = math.nan
+
+    @property
+    def limit_of_first(self) -> float:
+        """The closed-form least depth error at the first-stage design's own baseline and principal distance."""
+        assert self.first is not None
+        problem, values = self.first.problem, self.first.values
+        return float(limit_of(problem.variant, problem.rules, values["baseline"], values["principal_distance"]))
 
 
 def fixed_parameters(requirement: Requirement, configuration: Configuration) -> dict[str, float]:
@@ -207,9 +214,10 @@ def _make_feasible(task: _Task, start: Candidate) -> Candidate:
         best = reached
         if best.is_feasible:
             break
-        separators = _rechosen(task, best)
-        if separators == best.separators:
+        chosen = _rechosen(task, separators, best)
+        if chosen == separators:
             break
+        separators = chosen
     return best
 
 
@@ -222,18 +230,14 @@ def _improve(task: _Task, start: Candidate, goal: Goal) -> Candidate:
         reached = _examine(task, outcome.scaled, separators)
         kept = all(reached.goals[name] <= bound * (1.0 + LARGEST_VIOLATION) for name, bound in goal.bounds)
         better = reached.goals[goal.minimise] < best.goals[goal.minimise] * (1.0 - SAME_OBJECTIVE)
-        if not reached.is_feasible:
-            # A pair left out as far has come too near: take it in and try again from where it was.
-            separators = _rechosen(task, reached)
-            if separators == reached.separators:
-                break
-            continue
-        if not (kept and (better or best is start)):
+        if reached.is_feasible and kept and better:
+            best = reached
+        # A feasible result may be held by a separator that need not be; one that is not feasible met a pair that had
+        # been left out as far.
+        chosen = _rechosen(task, separators, best if reached.is_feasible else reached)
+        if chosen == separators:
             break
-        best = reached
-        separators = _rechosen(task, best)
-        if separators == best.separators:
-            break
+        separators = chosen
     return best
 
 
@@ -248,6 +252,7 @@ def _examine(task: _Task, scaled: Array, separators: Separators) -> Candidate:
     return Candidate(
         problem,
         task.lens,
+        task.scales,
         enclosed,
         {name: float(np.ravel(value)[0]) for name, value in values.items()},
         goals,
@@ -257,9 +262,29 @@ def _examine(task: _Task, scaled: Array, separators: Separators) -> Candidate:
     )
 
 
-def _rechosen(task: _Task, candidate: Candidate) -> Separators:
-    clearance = task.problem.rules.clearance
-    return rechoose(candidate.separators, candidate.report, clearance, candidate.violation)
+def improve(candidate: Candidate, goal: str) -> Candidate:
+    """Minimise one goal alone from a feasible design."""
+    return _improve(_task_of(candidate), candidate, Goal(goal))
+
+
+def shrink_to(candidate: Candidate, goal: str, size: str, limit: float) -> Candidate | None:
+    """Minimise a goal from a feasible design with one size bounded; None if nothing feasible comes of it."""
+    task = _task_of(candidate)
+    start = candidate
+    if start.goals[size] > limit:
+        smaller = _improve(task, candidate, Goal(size, ((size, limit),)))
+        if smaller.goals[size] > limit * (1.0 + LARGEST_VIOLATION):
+            return None
+        start = smaller
+    return _improve(task, start, Goal(goal, ((size, limit),)))
+
+
+def _task_of(candidate: Candidate) -> _Task:
+    return _Task(candidate.problem, candidate.lens, candidate.scales, _Log())
+
+
+def _rechosen(task: _Task, separators: Separators, candidate: Candidate) -> Separators:
+    return rechoose(separators, candidate.report, task.problem.rules.clearance, candidate.violation)
 
 
 def _second_stage(
@@ -276,9 +301,6 @@ def _second_stage(
     best = min(
         (_improve(task, candidate, goal) for task, candidate in near), key=lambda design: design.goals[second_goal]
     )
-    limit = float(
-        limit_of(best.problem.variant, best.problem.rules, best.values["baseline"], best.values["principal_distance"])
-    )
     return SearchResult(
         configuration,
         "feasible",
@@ -287,7 +309,6 @@ def _second_stage(
         best=best,
         solves=log.statuses.total(),
         statuses=dict(log.statuses),
-        limit=limit,
     )
 
 

@@ -1,0 +1,37 @@
+"""The front of the first objective against size, traced by tightening the envelope around a finished design."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from designer.optimise.search import Candidate, improve, shrink_to
+
+
+@dataclass(frozen=True, slots=True)
+class FrontPoint:
+    """The least first objective with one size (``height`` or ``diameter``) at most ``limit`` mm; None if not found."""
+
+    swept: str
+    limit: float
+    goals: dict[str, float] | None
+
+
+def trace_front(first: Candidate, goal: str, sizes: Sequence[str], points: int) -> list[FrontPoint]:
+    """Tighten each size in equal steps, from that of the first-stage optimum down to the least the variant allows.
+
+    Each point starts from its neighbour; the last one lies a hair above the least size, where nothing is left to
+    choose.
+    """
+    front = []
+    for size in sizes:
+        least = improve(first, size).goals[size]
+        limits = np.linspace(first.goals[size], least, points)
+        current = first
+        for limit in limits:
+            tightened = shrink_to(current, goal, size, max(float(limit), least * (1.0 + 1e-6)))
+            front.append(FrontPoint(size, float(limit), tightened.goals if tightened else None))
+            current = tightened or current
+    return front

@@ -1,0 +1,173 @@
+"""From the optimiser's numbers to the design record that everyone else reads."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from designer.configurations import MirrorKind
+from designer.design import Camera, Design, Mirror, View, Views, WorkingVolume
+from designer.evaluate.mirrors import mirror_shape
+from designer.evaluate.summary import evaluate_design
+from designer.optics.layout import PlacedMirror
+from designer.optics.view import elevation_tangents_of_views
+from designer.optimise.search import Candidate, SearchResult
+from designer.requirement import Lens, Requirement
+
+_KINDS = {
+    MirrorKind.PLANE: "plane",
+    MirrorKind.HYPERBOLOID: "hyperboloid",
+    MirrorKind.ELLIPSOID: "ellipsoid",
+    MirrorKind.PARABOLOID: "paraboloid",
+}
+
+
+def design_of(requirement: Requirement, result: SearchResult) -> Design:
+    """The design record of a feasible search result, scored."""
+    assert result.best is not None
+    assert result.first is not None
+    best = result.best
+    variant, values = best.problem.variant, best.values
+    kinds = variant.configuration.mirror_kinds
+    mirrors = {mirror.name: mirror for mirror in best.report.assembly.layout.mirrors}
+    record = Design.model_validate(
+        {
+            "configuration": variant.configuration.name,
+            "variant": describe_variant(best),
+            "camera": _camera(requirement, best.lens, values["principal_distance"]),
+            "mirrors": [_mirror(mirrors[name], kinds[name], requirement) for name in kinds],
+            "views": _views(best),
+            "baseline_mm": values["baseline"],
+            "height_mm": best.goals["height"],
+            "diameter_mm": best.goals["diameter"],
+            "working_volume": WorkingVolume(
+                elevation_deg=requirement.working_volume.elevation_deg,
+                distance_mm=requirement.working_volume.distance_mm,
+            ),
+            "noise_px": requirement.noise_px,
+        }
+    )
+    return record.model_copy(update={"score": _score(requirement, result, record)})
+
+
+def describe_variant(candidate: Candidate) -> str:
+    """What distinguishes a design among those of its configuration, in words."""
+    mirrors = {mirror.name: mirror for mirror in candidate.report.assembly.layout.mirrors}
+    words = [candidate.problem.variant.label]
+    if "primary" in mirrors:
+        inner_height = float(np.ravel(mirrors["primary"].rim_heights[0])[0])
+        around = inner_height <= candidate.lens.front_mm
+        words.append("primary around the lens" if around else "primary ahead of the lens")
+        direct, secondary = (max(map(_number, mirrors[name].rim_heights)) for name in ("direct", "secondary"))
+        words.append("direct mirror above the secondary" if direct > secondary else "direct mirror below the secondary")
+    for view in ("lower", "upper"):
+        name = candidate.problem.variant.last_mirror(view)
+        if candidate.problem.variant.crosses_at_viewpoint(view):
+            viewpoint = candidate.values["lower_viewpoint"] + (candidate.values["baseline"] if view == "upper" else 0.0)
+            side = "above" if min(map(_number, mirrors[name].rim_heights)) > viewpoint else "below"
+            words.append(f"{name} mirror used {side} its focus")
+    return "; ".join(word for word in words if word)
+
+
+def _number(value: Any) -> float:
+    return float(np.ravel(value)[0])
+
+
+def _camera(requirement: Requirement, lens: Lens, principal_distance: float) -> Camera:
+    camera = requirement.camera
+    nominal = principal_distance / (1.0 + principal_distance / lens.focus_distance_mm)
+    return Camera.model_validate(
+        {
+            "focal_length_mm": principal_distance,
+            "pixel_pitch_mm": camera.pixel_pitch_mm,
+            "width_px": camera.width_px,
+            "height_px": camera.height_px,
+            "f_number": lens.f_number,
+            "lens_radius_mm": lens.radius_mm,
+            "lens_front_mm": lens.front_mm,
+            "lens_length_mm": lens.length_mm,
+            "body_radius_mm": camera.body_radius_mm,
+            "image_circle_radius_px": camera.image_circle_radius_px,
+            "name": camera.name,
+            "lens": lens.name,
+            "nominal_focal_length_mm": nominal,
+            "focus_distance_mm": lens.focus_distance_mm if math.isfinite(lens.focus_distance_mm) else None,
+        }
+    )
+
+
+def _mirror(mirror: PlacedMirror, kind: MirrorKind, requirement: Requirement) -> Mirror:
+    curvature, conic_term = _number(mirror.surface.curvature), _number(mirror.surface.conic_term)
+    conic = {MirrorKind.PLANE: 0.0, MirrorKind.PARABOLOID: -1.0}.get(kind)
+    return Mirror.model_validate(
+        {
+            "name": mirror.name,
+            "kind": _KINDS[kind],
+            "vertex_mm": _number(mirror.surface.vertex_height),
+            "radius_mm": None if kind is MirrorKind.PLANE else 1.0 / curvature,
+            "conic": conic_term / curvature**2 - 1.0 if conic is None else conic,
+            "inner_radius_mm": _number(mirror.inner_radius),
+            "outer_radius_mm": _number(mirror.outer_radius),
+            "thickness_mm": requirement.manufacture.substrate_thickness_mm,
+            "faces": "down" if mirror.direction > 0 else "up",
+        }
+    )
+
+
+def _views(candidate: Candidate) -> Views:
+    variant, values, rules = candidate.problem.variant, candidate.values, candidate.problem.rules
+    upper, lower = elevation_tangents_of_views(
+        (math.tan(rules.elevation_low), math.tan(rules.elevation_high)),
+        (rules.distance_near, rules.distance_far),
+        values["baseline"],
+    )
+    outer = "upper" if variant.configuration.topology == "upper_outer" else "lower"
+    folded = variant.fold is not None
+
+    def view(name: str, slopes: tuple[float, float]) -> View:
+        last = variant.last_mirror(name)
+        return View.model_validate(
+            {
+                "path": ("secondary", last) if folded and name == "lower" else (last,),
+                "viewpoint_mm": values["lower_viewpoint"] + (values["baseline"] if name == "upper" else 0.0),
+                "gain": values[f"{name}_gain"],
+                "sense": variant.sense(name),
+                "elevation_deg": tuple(math.degrees(math.atan(slope)) for slope in slopes),
+                "zone": "outer" if name == outer else "inner",
+            }
+        )
+
+    return Views(upper=view("upper", upper), lower=view("lower", lower))
+
+
+def _score(requirement: Requirement, result: SearchResult, record: Design) -> dict[str, Any]:
+    """What is said about a design beside its geometry: scores, clearances, both stages, solver."""
+    assert result.best is not None
+    assert result.first is not None
+    best, first = result.best, result.first
+    clearances = best.report.clearances[:, 0]
+    tightest = int(clearances.argmin())
+    names = best.report.names[-len(clearances) :]
+    shapes = [mirror_shape(record, mirror.name) for mirror in record.mirrors]
+    return {
+        **evaluate_design(record, requirement.manufacture.zone_gap_px),
+        "smallest_clearance_mm": float(clearances[tightest]),
+        "smallest_clearance_where": names[tightest],
+        "largest_slope_deg": max(max(abs(slope) for slope in shape.slope_deg) for shape in shapes),
+        "first_stage": {_GOAL_KEYS[name]: value * _GOAL_FACTORS.get(name, 1.0) for name, value in first.goals.items()},
+        "second_stage": {_GOAL_KEYS[name]: value * _GOAL_FACTORS.get(name, 1.0) for name, value in best.goals.items()},
+        "first_stage_limit_ratio": first.goals["depth_error"] / result.limit_of_first,
+        "largest_scaled_violation": best.violation,
+        "solver_statuses": result.statuses,
+    }
+
+
+_GOAL_KEYS = {
+    "depth_error": "depth_error_rms",
+    "height": "height_mm",
+    "diameter": "diameter_mm",
+    "volume": "volume_cm3",
+}
+_GOAL_FACTORS = {"volume": 1e-3}
