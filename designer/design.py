@@ -85,12 +85,13 @@ class Mirror(Record):
             raise ValueError("radius_mm is null for a plane, and only for a plane")
         if self.radius_mm == 0:
             raise ValueError("radius_mm must not be zero")
-        if self.radius_mm is not None:
-            ratio_squared = (self.outer_radius_mm / self.radius_mm) ** 2
-            if (1 + self.conic) * ratio_squared >= 1:
+        if self.radius_mm is not None and self.conic > -1:
+            # Written without squares, which would overflow for absurd radii.
+            narrowing = (1 + self.conic) ** 0.5
+            if self.outer_radius_mm * narrowing >= abs(self.radius_mm):
                 raise ValueError(
                     f"outer_radius_mm ({self.outer_radius_mm:g}) lies beyond the equator of this ellipsoid "
-                    f"(at most {abs(self.radius_mm) / (1 + self.conic) ** 0.5:g})"
+                    f"(at most {abs(self.radius_mm) / narrowing:g})"
                 )
         return self
 
