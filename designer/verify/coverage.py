@@ -47,6 +47,18 @@ class Run:
     element: int
 
 
+@dataclass(frozen=True, slots=True)
+class ImageZone:
+    """Pinhole angles in degrees whose rays meet the same ``stations`` one after the other.
+
+    The last station is "world", or the element that blocks the ray.
+    """
+
+    psi_deg: Interval
+    stations: tuple[str, ...]
+    is_blocked: bool
+
+
 def find_runs(scene: Scene, path: Sequence[int], psi: Array, psi_circle: float) -> list[Run]:
     """Runs of pinhole angles that the apertures of a path let through, edges to better than 1e-10 degrees.
 
@@ -56,24 +68,7 @@ def find_runs(scene: Scene, path: Sequence[int], psi: Array, psi_circle: float) 
     def label(angles: Array) -> Indices:
         return _label(scene, path, angles, psi_circle)
 
-    labels = label(psi)
-    changes = np.flatnonzero(labels[1:] != labels[:-1])
-    low, high, after = _first_changes(label, psi[changes], psi[changes + 1], labels[changes])
-    edges = [(low, high, after)]
-    # A cell may hold several edges (a blocked sliver beside a cut): go on from the first one found.
-    target, end = labels[changes + 1], psi[changes + 1]
-    for _ in range(MOST_EDGES_PER_CELL):
-        more = after != target
-        if not more.any():
-            break
-        target, end = target[more], end[more]
-        low, high, after = _first_changes(label, high[more], end, after[more])
-        edges.append((low, high, after))
-    low, high, after = (np.concatenate(part) for part in zip(*edges, strict=True))
-    order = np.argsort(low, kind="stable")
-    starts = np.concatenate([psi[:1], high[order]])
-    ends = np.concatenate([low[order], psi[-1:]])
-    fates = np.concatenate([labels[:1], after[order]])
+    starts, ends, fates = _split(label, psi, EDGE_WIDTH_RAD)
     kept = fates != _CUT
     elevations = np.degrees(_free_elevations(scene, path, np.stack([starts[kept], ends[kept]]).ravel())).reshape(2, -1)
     count = len(scene.elements)
@@ -92,8 +87,53 @@ def find_runs(scene: Scene, path: Sequence[int], psi: Array, psi_circle: float) 
     return runs
 
 
+def map_image(scene: Scene, psi: Array) -> list[ImageZone]:
+    """What the camera sees, from the image centre outwards, whatever the views intend; ``psi`` (n,) as above.
+
+    Edges to 1e-7 rad; slivers beside an edge are found, others narrower than the samples can go unnoticed.
+    """
+    base = len(scene.elements) + 2
+
+    def label(angles: Array) -> Indices:
+        trace = trace_first_hits(scene, pinhole_directions(angles, SCAN_AZIMUTH))
+        digits = np.concatenate([trace.sequence, trace.element[:, None]], axis=1) + 1
+        return np.asarray(digits @ base ** np.arange(digits.shape[1]))
+
+    starts, ends, _ = _split(label, psi, 1e-7)
+    trace = trace_first_hits(scene, pinhole_directions(starts, SCAN_AZIMUTH))
+    zones = []
+    for start, end, sequence, element in zip(starts, ends, trace.sequence, trace.element, strict=True):
+        met = [scene.elements[mirror] for mirror in sequence if mirror >= 0]
+        last = "world" if element < 0 else scene.elements[element]
+        psi_deg = (float(np.degrees(start)), float(np.degrees(end)))
+        zones.append(ImageZone(psi_deg, (*met, last), bool(element >= 0)))
+    return zones
+
+
+def _split(label: Callable[[Array], Indices], psi: Array, width: float) -> tuple[Array, Array, Indices]:
+    """First angle, last angle and label of each run of equal labels; the edges between runs no wider than given."""
+    labels = label(psi)
+    changes = np.flatnonzero(labels[1:] != labels[:-1])
+    low, high, after = _first_changes(label, psi[changes], psi[changes + 1], labels[changes], width)
+    edges = [(low, high, after)]
+    # A cell may hold several edges (a blocked sliver beside a cut): go on from the first one found.
+    target, end = labels[changes + 1], psi[changes + 1]
+    for _ in range(MOST_EDGES_PER_CELL):
+        more = after != target
+        if not more.any():
+            break
+        target, end = target[more], end[more]
+        low, high, after = _first_changes(label, high[more], end, after[more], width)
+        edges.append((low, high, after))
+    low, high, after = (np.concatenate(part) for part in zip(*edges, strict=True))
+    order = np.argsort(low, kind="stable")
+    starts = np.concatenate([psi[:1], high[order]])
+    ends = np.concatenate([low[order], psi[-1:]])
+    return starts, ends, np.concatenate([labels[:1], after[order]])
+
+
 def _first_changes(
-    label: Callable[[Array], Indices], low: Array, high: Array, before: Indices
+    label: Callable[[Array], Indices], low: Array, high: Array, before: Indices, width: float
 ) -> tuple[Array, Array, Indices]:
     """Narrow cells (low, high) of one label at low and another at high down to the first change that shows.
 
@@ -108,7 +148,7 @@ def _first_changes(
         fates = label(inner[:, 1:].ravel()).reshape(low.size, -1)
         first = np.argmax(fates != before[:, None], axis=1)
         after = fates[rows, first]
-        is_narrow = np.max(high - low) <= EDGE_WIDTH_RAD
+        is_narrow = np.max(high - low) <= width
         low, high = inner[rows, first], inner[rows, first + 1]
         if is_narrow:
             break

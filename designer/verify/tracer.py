@@ -34,8 +34,10 @@ __all__ = [
 ]
 
 # Rays per block: the working arrays of a block stay in the processor's cache.
-BLOCK = 4096
+BLOCK = 16384
 TABLE_SIZE = 1025
+# Light caught between mirrors is followed no further.
+MOST_MIRRORS = 6
 
 
 class Status(IntEnum):
@@ -114,7 +116,7 @@ def trace_first_hits(
     origins: ArrayLike | None = None,
     *,
     starts_in_lens: bool = True,
-    most_mirrors: int = 6,
+    most_mirrors: int = MOST_MIRRORS,
 ) -> FirstHitTrace:
     """Follow rays to the first surface they meet, mirror by mirror.
 

@@ -7,7 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from designer.design import Design, Interval, View
-from designer.verify.coverage import find_runs, hull, joined, single_viewpoint_residuals, uncovered
+from designer.verify.coverage import (
+    ImageZone,
+    find_runs,
+    hull,
+    joined,
+    map_image,
+    single_viewpoint_residuals,
+    uncovered,
+)
 from designer.verify.fans import FanClearance, fan_clearance
 from designer.verify.solids import Rims, contact_problems, find_rims
 from designer.verify.surfaces import Array, Scene, build_scene
@@ -75,7 +83,10 @@ class ViewVerdict:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The tracer's verdict on a design; ``problems`` says in one sentence each why it did not pass."""
+    """The tracer's verdict on a design; ``problems`` says in one sentence each why it did not pass.
+
+    ``image`` says what the camera sees from the image centre out to the corner, in rising pinhole angles.
+    """
 
     passed: bool
     problems: tuple[str, ...]
@@ -83,6 +94,7 @@ class Verdict:
     baseline_mm: float
     upper: ViewVerdict
     lower: ViewVerdict
+    image: tuple[ImageZone, ...]
 
     @property
     def views(self) -> dict[str, ViewVerdict]:
@@ -119,6 +131,7 @@ def judge(design: Design) -> Verdict:
             *_zone_problems(design, upper, lower),
             *contact_problems(design),
         )
+        image = map_image(scene, np.linspace(0.0, widest_pinhole_angle(design), IMAGE_SAMPLES))
     return Verdict(
         passed=not problems,
         problems=problems,
@@ -126,6 +139,7 @@ def judge(design: Design) -> Verdict:
         baseline_mm=design.views.upper.viewpoint_mm - design.views.lower.viewpoint_mm,
         upper=upper,
         lower=lower,
+        image=tuple(image),
     )
 
 
@@ -328,5 +342,10 @@ def describe(verdict: Verdict) -> str:
             + ("" if blockage.is_asked else " (not asked for)")
             for blockage in view.blockages
         ]
+    lines += ["image, by angle from the axis at the pinhole:"]
+    lines += [
+        f"  {_span(zone.psi_deg)}: {', '.join(zone.stations)}{' (blocked)' if zone.is_blocked else ''}"
+        for zone in verdict.image
+    ]
     lines += ["problems:", *(f"  {problem}" for problem in verdict.problems)] if verdict.problems else []
     return "\n".join(line for line in lines if line)

@@ -251,6 +251,23 @@ def test_what_blocks_what_in_jaramillos_design():
     assert "by direct, primary to world" in describe(verdict)
 
 
+def test_the_image_from_its_centre_outwards():
+    """The prototype's camera sees itself in the middle, then the lower view, then the upper one."""
+    design = folded_hypl_hy()
+    verdict = judge(design)
+    zones = verdict.image
+    assert zones[0].psi_deg[0] == 0.0
+    assert zones[-1].psi_deg[1] == pytest.approx(np.degrees(np.arctan(1000 * 0.0044 / 12.0)))
+    for zone, following in zip(zones, zones[1:], strict=False):
+        assert following.psi_deg[0] - zone.psi_deg[1] == pytest.approx(0.0, abs=1e-5)
+    assert (zones[0].stations, zones[0].is_blocked) == (("secondary", "lens barrel"), True)
+    # By hand: the fold plane mirrors the lens front to 157 mm, where it is 7 mm wide.
+    assert zones[0].psi_deg[1] == pytest.approx(np.degrees(np.arctan(7.0 / 157.0)), abs=1e-5)
+    seen = [zone for zone in zones if not zone.is_blocked and len(zone.stations) > 1]
+    assert [zone.stations for zone in seen if "primary" in zone.stations] == [("secondary", "primary", "world")]
+    assert [zone.stations for zone in seen if "direct" in zone.stations] == [("direct", "world")]
+
+
 # --- nonsense ---
 
 LENGTHS = st.floats(-300.0, 300.0) | st.sampled_from([0.0, 1e-300, 1e-9, 1e9, 1e308, -1e308])
