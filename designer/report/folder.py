@@ -14,7 +14,7 @@ from typing import Any
 from designer.design import Design, read_design
 from designer.files import InputError, read_text
 
-STATUSES = ("feasible", "infeasible", "impossible", "failed")
+STATUSES = ("feasible", "infeasible", "failed", "impossible")
 
 
 @dataclass(frozen=True, slots=True)

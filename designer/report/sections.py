@@ -10,7 +10,7 @@ from designer.design import Design
 from designer.evaluate.resolution import smallest_object
 from designer.report.figures.depth_map import IMAGE_CIRCLE_PX
 from designer.report.folder import Row, StudyFolder
-from designer.report.typesetting.markup import call, cells, literal, number, plain_number, text
+from designer.report.typesetting.markup import call, cells, literal, number, plain_number, text, typographic
 from designer.report.typesetting.requirement import facts_argument, requirement_groups
 from designer.report.typesetting.tables import (
     PAPER_CONFIGURATION,
@@ -135,7 +135,7 @@ def paper(study: StudyFolder) -> str:
         return ""
     title = literal("The paper's prototype (Jang, Kim and Kweon, 2005) beside this study's design")
     if row.status != "feasible":
-        told = text(f"{PAPER_CONFIGURATION} is {row.status} here: {row.reason}")
+        told = text(f"{PAPER_CONFIGURATION} is {row.status} here: {typographic(row.reason)}")
         return f"#boxed({title})[{told}]\n"
     intro = text(f"Configuration {PAPER_CONFIGURATION}, figure 4 (c) of the paper; rank {row.rank} here.")
     return f"#boxed({title})[{intro}\n{paper_comparison(study.designs[PAPER_CONFIGURATION], row)}]\n"
@@ -165,7 +165,8 @@ def trade(study: StudyFolder, illustrations: Illustrations) -> str:
         images = ", ".join(f"image({literal('figures/' + name)})" for name in fronts)
         caption = (
             "The least depth error of the best designs as the height (above) and the diameter (below) allowed shrink, "
-            "everything else as required. A bar at the end of a line: nothing smaller was found feasible."
+            "everything else as required. A bar at the end of a line: nothing smaller was found feasible. "
+            "Errors above twice the least lie off the plots."
         )
         lines.append(f"#figure(stack(spacing: 3mm, {images}), caption: [{caption}])")
     return "\n".join(lines)
@@ -174,7 +175,7 @@ def trade(study: StudyFolder, illustrations: Illustrations) -> str:
 def best_heading() -> str:
     """Opens the section of the best designs, whose pages follow."""
     return (
-        "#block(breakable: false)[\n= The best designs <best>\n"
+        "#v(4mm)\n#block(breakable: false)[\n= The best designs <best>\n"
         "Each page shows one design; drawings are read as in @winner. _Depth resolution_ shows where pairs of pixels "
         "of one epipolar plane put a point, in the manner of the paper's figure 6, on an image circle of "
         f"{IMAGE_CIRCLE_PX} pixels across; the grey outline is the working volume, the triangles are the viewpoints. "
@@ -249,7 +250,8 @@ def performance_facts(row: Row) -> list[tuple[str, str]]:
 
 def size_facts(row: Row) -> list[tuple[str, str]]:
     """Dimensions, lens, and the tightest clearance."""
-    where = row.text("smallest_clearance_where")
+    place = typographic(row.text("smallest_clearance_where"))
+    where = f": {place}" if place else ""
     facts = [
         ("baseline", f"{number(row.number('baseline_mm'), 2)} mm"),
         ("height × diameter", f"{number(row.number('height_mm'), 2)} × {number(row.number('diameter_mm'), 2)} mm"),
@@ -258,8 +260,8 @@ def size_facts(row: Row) -> list[tuple[str, str]]:
         ("steepest slope", f"{number(row.number('largest_slope_deg'), 1)}°"),
         ("principal distance", f"{number(row.number('focal_length_mm'), 3)} mm"),
         ("lens", row.text("lens")),
-        ("variant", row.text("variant")),
-        ("least clearance", f"{number(row.number('smallest_clearance_mm'), 3)} mm" + (f": {where}" if where else "")),
+        ("variant", typographic(row.text("variant"))),
+        ("least clearance", f"{number(row.number('smallest_clearance_mm'), 3)} mm{where}"),
     ]
     return [fact for fact in facts if fact[1] and not fact[1].startswith("–")]
 
@@ -302,7 +304,7 @@ def _flattened(content: dict[str, Any], prefix: str = "") -> Iterable[tuple[str,
         elif isinstance(value, list):
             yield name, ", ".join(plain_number(entry) for entry in value)
         else:
-            yield name, plain_number(value)
+            yield name, number(value, 1) if key.endswith("seconds") else plain_number(value)
 
 
 def _layout_name(design: Design, *, large: bool = False) -> str:

@@ -15,10 +15,14 @@ from matplotlib.text import Text
 
 from designer.report.figures.style import BLUE, GREY, INK, SERIES, VERMILLION, new_figure
 from designer.report.folder import FrontPoint, Row
+from designer.report.typesetting.markup import DASH
 
 AXIS_LABEL = {"height_mm": "height of the mirror system (mm)", "diameter_mm": "diameter of the mirror system (mm)"}
 CLUSTER_DISTANCE_MM = 2.6
 """Points closer than this on paper are one near-tie and share a label."""
+
+FRONT_SPAN = 2.0
+"""Fronts are shown up to this many times their least error; what lies beyond says only that the end is near."""
 
 LONGEST_LABEL = 9
 """A near-tie whose ranks take more characters gets a letter, explained in the key."""
@@ -83,11 +87,12 @@ def draw_fronts(
             continue
         limits, line_errors = zip(*reached, strict=True)
         errors.extend(line_errors)
-        axes.plot(limits, line_errors, color=colour, linestyle=style, marker=marker, label=f"{ranks[name]}  {name}")
+        label = f"{ranks.get(name, DASH)}  {name}"
+        axes.plot(limits, line_errors, color=colour, linestyle=style, marker=marker, label=label)
         # A bar across the end says that nothing smaller was found feasible.
         if any(p.depth_error_rms is None and p.limit_mm < limits[0] for p in line):
             axes.plot([limits[0]], [line_errors[0]], marker="|", markersize=12, color=colour, markeredgewidth=1.4)
-    _finish(axes, swept, limit_mm, errors)
+    _finish(axes, swept, limit_mm, [error for error in errors if error <= FRONT_SPAN * min(errors)])
     axes.set_xlabel(AXIS_LABEL[swept].replace("of the mirror system", "allowed"))
     if errors:
         figure.legend(loc="outside upper center", ncols=2, columnspacing=1.5)
@@ -107,7 +112,7 @@ def _finish(axes: Axes, swept: str, limit_mm: float | None, errors: list[float])
     left, right = axes.get_xlim()
     if limit_mm is not None and errors and limit_mm < right + 0.6 * (right - left):
         axes.set_xlim(left, max(right, limit_mm + 0.03 * (right - left)))
-        axes.axvline(limit_mm, color=GREY, linewidth=0.9, linestyle=(0, (5, 3)), label="envelope", zorder=1)
+        axes.axvline(limit_mm, color=INK, linewidth=1.0, linestyle=(0, (5, 3)), label="envelope", zorder=2)
 
 
 def _label_ranks(figure: Figure, axes: Axes, points: list[tuple[float, float, Row]]) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 
 DASH = "–"
@@ -39,6 +40,11 @@ def plain_number(value: object) -> str:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return str(value)
     return f"{value:.10g}".replace("-", "−").replace("inf", "∞")
+
+
+def typographic(sentence: str) -> str:
+    """A sentence of the program's with true minus signs and arrows, as print wants them."""
+    return re.sub(r"(?<![\w-])-(?=\d)", "−", sentence).replace("->", "→")
 
 
 def value_range(values: Sequence[object] | object, unit: str = "") -> str:

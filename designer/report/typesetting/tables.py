@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from designer.design import Design
 from designer.evaluate.mirrors import mirror_shape
 from designer.report.folder import Row
-from designer.report.typesetting.markup import DASH, call, cell, cells, literal, number
+from designer.report.typesetting.markup import DASH, call, cell, cells, literal, number, typographic
 
 PAPER_CONFIGURATION = "folded-HyPl-Hy-upper_outer"
 
@@ -62,11 +62,11 @@ def ranking(rows: Iterable[Row]) -> str:
                 number(row.number("baseline_mm"), 1),
                 number(row.number("height_mm"), 1),
                 number(row.number("diameter_mm"), 1),
-                row.text("variant"),
+                typographic(row.text("variant")),
             ]
             body.append([*head, *(cell(value) for value in values)])
         else:
-            reason = row.reason or "no reason given"
+            reason = typographic(row.reason) or "no reason given"
             body.append([*head, f"table.cell(colspan: 6, align: left, {cell(reason)})"])
     header = (
         "[rank], [configuration], [status], [$sigma_D\\/D$\\ (%)], [limit\\ ratio], [$b$\\ (mm)], [$H$\\ (mm)], "
@@ -126,7 +126,7 @@ def paper_comparison(design: Design, row: Row) -> str:
     ]
     return call(
         "ruled",
-        columns="(1fr, auto, auto)",
+        columns="(auto, auto, 1fr)",
         align="(left, right, right)",
         header="([quantity], [paper's prototype], [this design])",
         rows=cells(rows),

@@ -98,7 +98,7 @@ def _size(study: StudyFolder, winner: Row) -> str:
     baseline = winner.number("baseline_mm")
     lens = winner.text("lens")
     sentence = f"With a baseline of {number(baseline, 1)} mm the mirror system is {' and '.join(parts)}"
-    return text(sentence + (f"; the lens is {lens}." if lens else ".")) if parts else ""
+    return text(sentence + (f"; lens: {lens}." if lens else ".")) if parts else ""
 
 
 def _decided(study: StudyFolder) -> str:
