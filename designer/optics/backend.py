@@ -11,13 +11,15 @@ from typing import Any
 
 import numpy as np
 
+_PLAIN = (float, int, np.ndarray, np.generic)
+
 Scalar = Any
 """A float, a NumPy array (broadcast) or a CasADi symbol."""
 
 
 def is_symbolic(*values: Scalar) -> bool:
     """Whether any of the values is a CasADi symbol or expression."""
-    return any(type(value).__module__.startswith("casadi") for value in values)
+    return any(not isinstance(value, _PLAIN) and type(value).__module__.startswith("casadi") for value in values)
 
 
 def sqrt(value: Scalar) -> Scalar:

@@ -2,7 +2,8 @@
 
 Variables live in 0..1. Every inequality reads value / scale + slack >= 0 with one slack for all: held at zero the
 program is the design problem, and minimised it finds the point of least largest scaled violation. Which direction
-keeps a pair of leg and solid apart is part of the structure (``Separators``), so every expression stays smooth.
+keeps a pair of leg and solid apart is chosen before a run (``Separators``), so every expression stays smooth; a
+program holds every direction of a ``Menu``, so that runs with different choices share it.
 """
 
 from __future__ import annotations
@@ -62,6 +63,47 @@ class Separators:
 
 
 @dataclass(frozen=True, slots=True)
+class Menu:
+    """The directions a program can choose from for each pair, ascending; none for a pair that is left out."""
+
+    legs: tuple[tuple[int, ...], ...]
+    solids: tuple[tuple[int, ...], ...]
+
+    @classmethod
+    def of(cls, choices: Sequence[Separators]) -> Menu:
+        """The smallest menu with all the given choices."""
+        return cls(
+            _union([choice.legs for choice in choices]),
+            _union([choice.solids for choice in choices]),
+        )
+
+    def offers(self, choice: Separators) -> bool:
+        """Whether a choice can be made from this menu."""
+        chosen = zip((*choice.legs, *choice.solids), (*self.legs, *self.solids), strict=True)
+        return all(direction == FAR or direction in directions for direction, directions in chosen)
+
+    def with_choice(self, choice: Separators) -> Menu:
+        """The menu with one more choice."""
+        return Menu(_extended(self.legs, choice.legs), _extended(self.solids, choice.solids))
+
+    def weights(self, choice: Separators) -> list[float]:
+        """One for each direction chosen, zero for the others, in the order of the program's expressions."""
+        return [
+            float(direction == chosen)
+            for chosen, directions in zip((*choice.legs, *choice.solids), (*self.legs, *self.solids), strict=True)
+            for direction in directions
+        ]
+
+
+def _union(choices: Sequence[tuple[int, ...]]) -> tuple[tuple[int, ...], ...]:
+    return tuple(tuple(sorted(set(directions) - {FAR})) for directions in zip(*choices, strict=True))
+
+
+def _extended(menu: tuple[tuple[int, ...], ...], choice: tuple[int, ...]) -> tuple[tuple[int, ...], ...]:
+    return tuple(tuple(sorted({*directions, chosen} - {FAR})) for directions, chosen in zip(menu, choice, strict=True))
+
+
+@dataclass(frozen=True, slots=True)
 class Goal:
     """What to minimise, and how large the other goals may become; in the goals' own units, each with its scale."""
 
@@ -91,8 +133,8 @@ class Program:
 
 
 @lru_cache(maxsize=512)
-def build_program(variant: Variant, fixed: tuple[tuple[str, float], ...], separators: Separators) -> Program:
-    """Build the program of a variant for one choice of separators."""
+def build_program(variant: Variant, fixed: tuple[tuple[str, float], ...], menu: Menu) -> Program:
+    """Build the program of a variant for one menu of separators."""
     scaled = casadi.SX.sym("scaled", len(VARIABLES))
     slack = casadi.SX.sym("slack")
     numbers = casadi.SX.sym("rules", len(RULE_NAMES))
@@ -107,14 +149,15 @@ def build_program(variant: Variant, fixed: tuple[tuple[str, float], ...], separa
     assembly = assemble(variant, values, rules, dict(fixed))
     equal = np.array([constraint.equality for constraint in assembly.constraints])
     residuals = casadi.vertcat(*(constraint.value / constraint.scale for constraint in assembly.constraints))
-    clear = clearance_rows(assembly, separators) - rules.clearance
+    chosen = casadi.SX.sym("chosen", sum(map(len, (*menu.legs, *menu.solids))))
+    clear = _clearance_rows(assembly, menu, chosen, rules.clearance)
     goals = casadi.vertcat(assembly.depth_error, assembly.height, assembly.diameter, assembly.volume) / scales
     twins = residuals[np.flatnonzero(equal).tolist()] - slack if equal.any() else casadi.SX(0, 1)
     constraints = casadi.vertcat(residuals + slack, clear + slack, twins, goals)
     objective = casadi.dot(weights, casadi.vertcat(goals, slack))
     problem = {
         "x": casadi.vertcat(scaled, slack),
-        "p": casadi.vertcat(numbers, low, high, weights, scales),
+        "p": casadi.vertcat(numbers, low, high, weights, scales, chosen),
         "f": objective,
         "g": constraints,
     }
@@ -123,47 +166,72 @@ def build_program(variant: Variant, fixed: tuple[tuple[str, float], ...], separa
     return Program(solver, equalities, constraints.shape[0])
 
 
-def clearance_rows(assembly: Assembly, separators: Separators) -> Any:
-    """Symbolic separations of the pairs that are not far, each along its chosen direction, as a column."""
+def _clearance_rows(assembly: Assembly, menu: Menu, chosen: Any, clearance: Any) -> Any:
+    """What every pair on the menu has to spare along its chosen direction, as a column; one if none is chosen."""
     layout = assembly.layout
     pairs = pair_up(layout)
     legs, solids = leg_rows(layout.legs), solid_rows(layout.solids)
-    light = _grouped(pairs.leg_solid, separators.legs, legs, solids, leg_separation)
-    bodies = _grouped(pairs.solid_solid, separators.solids, solids, solids, solid_separation)
-    return casadi.vertcat(light, bodies)
-
-
-def _grouped(
-    pairs: Sequence[tuple[int, int]], directions: Sequence[int], first: Any, second: Any, separation: Any
-) -> Any:
-    """Build the rows of each direction together, as vectors: direction by direction, pairs that are far left out."""
-    members = defaultdict(list)
-    for row, direction in enumerate(directions):
-        if direction != FAR:
-            members[direction].append(pairs[row])
-    columns = [
-        separation(first.take([one for one, _ in rows]), second.take([other for _, other in rows]), direction)
-        for direction, rows in sorted(members.items())
+    separations = [
+        *_by_pair(pairs.leg_solid, menu.legs, legs, solids, leg_separation),
+        *_by_pair(pairs.solid_solid, menu.solids, solids, solids, solid_separation),
     ]
-    return casadi.vertcat(*columns) if columns else casadi.SX(0, 1)
+    rows, first = [], 0
+    for of_pair in separations:
+        weights = [chosen[first + i] for i in range(len(of_pair))]
+        first += len(of_pair)
+        if of_pair:
+            # A plain product would turn a direction that is undefined here and not chosen into a NaN.
+            spare = sum(
+                casadi.if_else(weight, one - clearance, 0.0) for weight, one in zip(weights, of_pair, strict=True)
+            )
+            rows.append(spare + 1.0 - sum(weights))
+    return casadi.vertcat(*rows) if rows else casadi.SX(0, 1)
+
+
+def _by_pair(
+    pairs: Sequence[tuple[int, int]], menu: Sequence[tuple[int, ...]], first: Any, second: Any, separation: Any
+) -> list[list[Any]]:
+    """Separations of each pair along the directions of its menu, built direction by direction as vectors."""
+    members = defaultdict(list)
+    for row, directions in enumerate(menu):
+        for direction in directions:
+            members[direction].append(row)
+    built: dict[tuple[int, int], Any] = {}
+    for direction, rows in members.items():
+        one = first.take([pairs[row][0] for row in rows])
+        other = second.take([pairs[row][1] for row in rows])
+        column = separation(one, other, direction)
+        built |= {(row, direction): column[i] for i, row in enumerate(rows)}
+    return [[built[row, direction] for direction in directions] for row, directions in enumerate(menu)]
 
 
 def solve(
-    problem: Problem, separators: Separators, start: NDArray[np.float64], goal: Goal, scales: Sequence[float]
+    problem: Problem,
+    menu: Menu,
+    separators: Separators,
+    start: NDArray[np.float64],
+    goal: Goal,
+    scales: Sequence[float],
 ) -> Outcome:
     """Minimise a goal from a start in the unit box, with every constraint kept."""
-    return _run(problem, separators, start, goal, scales, None)
+    return _run(problem, menu, separators, start, goal, scales, None)
 
 
 def reduce_violation(
-    problem: Problem, separators: Separators, start: NDArray[np.float64], scales: Sequence[float], violation: float
+    problem: Problem,
+    menu: Menu,
+    separators: Separators,
+    start: NDArray[np.float64],
+    scales: Sequence[float],
+    violation: float,
 ) -> Outcome:
     """Find the point of least largest scaled violation near a start that violates by ``violation``."""
-    return _run(problem, separators, start, Goal("violation"), scales, violation)
+    return _run(problem, menu, separators, start, Goal("violation"), scales, violation)
 
 
 def _run(
     problem: Problem,
+    menu: Menu,
     separators: Separators,
     start: NDArray[np.float64],
     goal: Goal,
@@ -171,10 +239,11 @@ def _run(
     violation: float | None,
 ) -> Outcome:
     elastic = violation is not None
-    program = build_program(problem.variant, problem.fixed, separators)
+    program = build_program(problem.variant, problem.fixed, menu)
     ends = np.array([problem.box[name].scaled_ends for name in VARIABLES])
     weights = np.array([1.0 if name == goal.minimise else 0.0 for name in GOALS] + [1.0 if elastic else 0.0])
-    parameters = np.concatenate([rule_values(problem.rules), ends[:, 0], ends[:, 1], weights, scales])
+    numbers = rule_values(problem.rules)
+    parameters = np.concatenate([numbers, ends[:, 0], ends[:, 1], weights, scales, menu.weights(separators)])
     count = len(program.equalities)
     lower = np.zeros(program.rows)
     upper = np.full(program.rows, np.inf)

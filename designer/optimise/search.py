@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from designer.configurations import Configuration
 from designer.optimise.box import Ranges, box_of, limit_of
 from designer.optimise.feasibility import why_fixed_conflicts, why_impossible
-from designer.optimise.program import GOALS, Goal, Outcome, Separators, reduce_violation, solve
+from designer.optimise.program import GOALS, Goal, Menu, Outcome, Separators, reduce_violation, solve
 from designer.optimise.rules import rules_of
 from designer.optimise.screening import Check, Problem, assemble_enclosed, check, physical_values, scaled_values, screen
 from designer.optimise.separators import choose_separators, rechoose
@@ -154,14 +154,23 @@ class _Log:
         return outcome
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _Task:
-    """A problem with what a search needs beside it."""
+    """A problem with what a search needs beside it; the menu grows with the separators that turn out to be needed."""
 
     problem: Problem
     lens: Lens
     scales: tuple[float, ...]
     log: _Log
+    menu: Menu | None = None
+
+    def menu_for(self, separators: Separators) -> Menu:
+        """A menu that offers the separators and all those asked for before."""
+        if self.menu is None:
+            self.menu = Menu.of([separators])
+        elif not self.menu.offers(separators):
+            self.menu = self.menu.with_choice(separators)
+        return self.menu
 
 
 def _first_stage(requirement: Requirement, task: _Task) -> tuple[list[Candidate], Candidate | None]:
@@ -174,6 +183,7 @@ def _first_stage(requirement: Requirement, task: _Task) -> tuple[list[Candidate]
     report = check(problem, assembly)
     scaled = scaled_values(problem, values)
     separators = choose_separators(report, problem.rules.clearance, problem.rules.envelope_height)
+    task.menu = Menu.of(separators)
     goal = Goal(requirement.objective.minimise)
     limit = _proven_least(requirement, task)
     feasible: list[Candidate] = []
@@ -205,8 +215,9 @@ def _make_feasible(task: _Task, start: Candidate) -> Candidate:
     best = start
     separators = start.separators
     for _ in range(SEPARATOR_ROUNDS):
+        menu = task.menu_for(separators)
         outcome = task.log.note(
-            reduce_violation(task.problem, separators, best.scaled, task.scales, max(best.violation, 0.0))
+            reduce_violation(task.problem, menu, separators, best.scaled, task.scales, max(best.violation, 0.0))
         )
         reached = _examine(task, outcome.scaled, separators)
         if not reached.violation < best.violation:
@@ -226,7 +237,8 @@ def _improve(task: _Task, start: Candidate, goal: Goal) -> Candidate:
     best = start
     separators = start.separators
     for _ in range(SEPARATOR_ROUNDS):
-        outcome = task.log.note(solve(task.problem, separators, best.scaled, goal, task.scales))
+        menu = task.menu_for(separators)
+        outcome = task.log.note(solve(task.problem, menu, separators, best.scaled, goal, task.scales))
         reached = _examine(task, outcome.scaled, separators)
         kept = all(reached.goals[name] <= bound * (1.0 + LARGEST_VIOLATION) for name, bound in goal.bounds)
         better = reached.goals[goal.minimise] < best.goals[goal.minimise] * (1.0 - SAME_OBJECTIVE)
