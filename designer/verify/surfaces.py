@@ -83,8 +83,6 @@ class Scene:
     cylinders: Cylinders
     discs: Discs
     elements: tuple[str, ...]
-    owners: tuple[int, ...]
-    camera_walls: int
     origins: Array
     rotations: Array
     is_aligned: bool
@@ -127,7 +125,7 @@ def build_scene(design: Design, poses: Mapping[str, Pose] | None = None) -> Scen
         origins[names.index(name)] += pose.shift_mm
         rotations[names.index(name)] = pose.rotation
 
-    faces, backs, back_names, back_owners = [], [], [], []
+    faces, backs, back_names = [], [], []
     walls: list[tuple[int, float, float, float]] = []
     wall_names: list[str] = []
     for index, mirror in enumerate(mirrors):
@@ -140,13 +138,11 @@ def build_scene(design: Design, poses: Mapping[str, Pose] | None = None) -> Scen
         back = mirror.thickness_mm if mirror.faces == "down" else -mirror.thickness_mm
         backs.append((index, *shape, back, *aperture))
         back_names.append(f"back of {mirror.name}")
-        back_owners.append(index)
         for radius, label in ((aperture[1], "outer edge"), (aperture[0], "hole edge")):
             if radius > 0.0:
                 height = float(sag(mirror, radius))
                 walls.append((index, radius, min(height, height + back), max(height, height + back)))
                 wall_names.append(f"{label} of {mirror.name}")
-    mirror_wall_owners = [wall[0] for wall in walls]
 
     camera = design.camera
     seat = camera.lens_front_mm - camera.lens_length_mm
@@ -173,8 +169,6 @@ def build_scene(design: Design, poses: Mapping[str, Pose] | None = None) -> Scen
             BODY,
             *disc_names,
         ),
-        owners=(*range(count), *range(count), *back_owners, *mirror_wall_owners, -1, -1, -1, -1),
-        camera_walls=4,
         origins=origins,
         rotations=rotations,
         is_aligned=not poses,

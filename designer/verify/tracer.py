@@ -59,13 +59,14 @@ class FirstHitTrace:
 
     ``status`` (n,) holds ESCAPED or BLOCKED. ``sequence`` (n, k) holds the indices of the mirrors met, -1 after the
     last; ``hits`` (n, k, 3) the points, NaN after the last. ``element`` (n,) is the row of ``scene.elements`` that
-    blocked the ray, or -1, and ``leg`` (n,) the number of mirrors met before. ``exit_point`` and ``exit_direction``
-    (n, 3) give the last leg.
+    blocked the ray, or -1, ``blocked_at`` (n, 3) the point where, NaN if it left, and ``leg`` (n,) the number of
+    mirrors met before. ``exit_point`` and ``exit_direction`` (n, 3) are start and direction of the last leg.
     """
 
     status: NDArray[np.int8]
     leg: Indices
     element: Indices
+    blocked_at: Array
     sequence: Indices
     hits: Array
     exit_point: Array
@@ -151,6 +152,7 @@ def _trace_block(scene: Scene, start: Array, heading: Array, starts_in_lens: boo
     status = np.full(number, Status.ESCAPED, dtype=np.int8)
     leg = np.zeros(number, dtype=np.intp)
     element = np.full(number, -1, dtype=np.intp)
+    blocked_at = np.full((number, 3), np.nan)
     sequence = np.full((number, most_mirrors), -1, dtype=np.intp)
     hits = np.full((number, most_mirrors, 3), np.nan)
     left = np.full(number, -1, dtype=np.intp)
@@ -167,6 +169,7 @@ def _trace_block(scene: Scene, start: Array, heading: Array, starts_in_lens: boo
             stopped = (row >= 0) & ~is_face
             status[going[stopped]] = Status.BLOCKED
             element[going[stopped]] = row[stopped]
+            blocked_at[going[stopped]] = (here[:, stopped] + distance[stopped] * ahead[:, stopped]).T
             rays, faces = going[is_face], row[is_face]
             landed = here[:, is_face] + distance[is_face] * ahead[:, is_face]
             point[:, rays] = landed
@@ -176,7 +179,7 @@ def _trace_block(scene: Scene, start: Array, heading: Array, starts_in_lens: boo
                 sequence[rays, met] = faces
                 hits[rays, met] = landed.T
             going = rays
-    return FirstHitTrace(status, leg, element, sequence, hits, point.T, direction.T)
+    return FirstHitTrace(status, leg, element, blocked_at, sequence, hits, point.T, direction.T)
 
 
 def compare_with_path(trace: FirstHitTrace, path: Sequence[int]) -> PathReport:

@@ -190,7 +190,7 @@ def _judge_view(design: Design, scene: Scene, name: str, view: View, rims: Rims)
         view.gain,
         view.sense,
         np.concatenate([psi, around_psi]),
-        np.concatenate([np.full(psi.size, 0.3), azimuths]),
+        np.concatenate([np.full(psi.size, SCAN_AZIMUTH), azimuths]),
     )
     fan = fan_clearance(scene, path, asked_psi, rims)
 
@@ -237,7 +237,7 @@ def _aperture_problems(design: Design, scene: Scene, path: tuple[int, ...], view
     """Mirrors that do not reach as far, inwards or outwards, as the asked rays need."""
     if not psi.size:
         return []
-    trace = trace_sequential(scene, path, pinhole_directions(psi[[0, -1]], 0.3), apertures=False)
+    trace = trace_sequential(scene, path, pinhole_directions(psi[[0, -1]], SCAN_AZIMUTH), apertures=False)
     problems = []
     for mirror_name, hit in zip(view.path, trace.hits, strict=True):
         mirror = design.mirror(mirror_name)

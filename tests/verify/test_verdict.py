@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -258,7 +259,7 @@ def test_the_image_from_its_centre_outwards():
     zones = verdict.image
     assert zones[0].psi_deg[0] == 0.0
     assert zones[-1].psi_deg[1] == pytest.approx(np.degrees(np.arctan(1000 * 0.0044 / 12.0)))
-    for zone, following in zip(zones, zones[1:], strict=False):
+    for zone, following in pairwise(zones):
         assert following.psi_deg[0] - zone.psi_deg[1] == pytest.approx(0.0, abs=1e-5)
     assert (zones[0].stations, zones[0].is_blocked) == (("secondary", "lens barrel"), True)
     # By hand: the fold plane mirrors the lens front to 157 mm, where it is 7 mm wide.
