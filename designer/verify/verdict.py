@@ -8,7 +8,9 @@ import numpy as np
 
 from designer.design import Design, Interval, View
 from designer.verify.coverage import (
+    SCAN_AZIMUTH,
     ImageZone,
+    Run,
     find_runs,
     hull,
     joined,
@@ -170,19 +172,8 @@ def _judge_view(design: Design, scene: Scene, name: str, view: View, rims: Rims)
     runs = find_runs(scene, path, psi, circle)
     seen = joined([run.elevation_deg for run in runs if run.is_seen], END_INSET_DEG)
     gaps = uncovered((low, high), seen, 2.0 * END_INSET_DEG)
-    blockages = tuple(
-        Blockage(
-            _leg_name(view, run.leg),
-            scene.elements[run.element],
-            run.elevation_deg,
-            _common_width(run.elevation_deg, (low, high)) > 2.0 * END_INSET_DEG,
-        )
-        for run in runs
-        if run.element >= 0
-    )
-    azimuths = np.repeat(AZIMUTHS_RAD, AZIMUTH_SAMPLES)
-    around_psi = np.tile(asked_psi[:: ASKED_SAMPLES // AZIMUTH_SAMPLES][:AZIMUTH_SAMPLES], len(AZIMUTHS_RAD))
-    azimuths = azimuths[: around_psi.size]
+    blockages = _blockages(scene, view, runs)
+    around_psi, azimuths = _other_meridians(asked_psi)
     residuals = single_viewpoint_residuals(
         scene,
         path,
@@ -231,6 +222,25 @@ def _judge_view(design: Design, scene: Scene, name: str, view: View, rims: Rims)
         clearance_at=_where(name, view, fan),
         problems=tuple(f"{name} view: {problem}" for problem in problems),
     )
+
+
+def _blockages(scene: Scene, view: View, runs: list[Run]) -> tuple[Blockage, ...]:
+    return tuple(
+        Blockage(
+            _leg_name(view, run.leg),
+            scene.elements[run.element],
+            run.elevation_deg,
+            _common_width(run.elevation_deg, view.elevation_deg) > 2.0 * END_INSET_DEG,
+        )
+        for run in runs
+        if run.element >= 0
+    )
+
+
+def _other_meridians(asked_psi: Array) -> tuple[Array, Array]:
+    """Angles psi and azimuths of asked rays, both ends among them, off the scanned meridian."""
+    chosen = asked_psi[:: (ASKED_SAMPLES - 1) // (AZIMUTH_SAMPLES - 1)]
+    return np.tile(chosen, len(AZIMUTHS_RAD)), np.repeat(AZIMUTHS_RAD, chosen.size)
 
 
 def _aperture_problems(design: Design, scene: Scene, path: tuple[int, ...], view: View, psi: Array) -> list[str]:
