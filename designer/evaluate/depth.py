@@ -14,6 +14,7 @@ beyond 90 degrees at the pinhole the numbers mean nothing; no zone inside an ima
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -259,6 +260,7 @@ def _relative_depth_error_at(pair: StereoPair, slope: Scalar, distance: Scalar, 
     )
 
 
+@lru_cache
 def _unit_gauss_legendre(count: int) -> list[tuple[float, float]]:
     """Nodes and weights on (0, 1); the weights add up to 1."""
     nodes, weights = np.polynomial.legendre.leggauss(count)

@@ -17,9 +17,9 @@ Scalar = Any
 """A float, a NumPy array (broadcast) or a CasADi symbol."""
 
 
-def is_symbolic(*values: Scalar) -> bool:
-    """Whether any of the values is a CasADi symbol or expression."""
-    return any(not isinstance(value, _PLAIN) and type(value).__module__.startswith("casadi") for value in values)
+def is_symbolic(value: Scalar) -> bool:
+    """Whether a value is a CasADi symbol or expression."""
+    return not isinstance(value, _PLAIN) and type(value).__module__.startswith("casadi")
 
 
 def sqrt(value: Scalar) -> Scalar:
@@ -54,24 +54,28 @@ def degrees(radians: Scalar) -> Scalar:
 
 def maximum(first: Scalar, second: Scalar) -> Scalar:
     """The larger of two values, element by element."""
-    return _casadi().fmax(first, second) if is_symbolic(first, second) else np.maximum(first, second)
+    if is_symbolic(first) or is_symbolic(second):
+        return _casadi().fmax(first, second)
+    return np.maximum(first, second)
 
 
 def minimum(first: Scalar, second: Scalar) -> Scalar:
     """The smaller of two values, element by element."""
-    return _casadi().fmin(first, second) if is_symbolic(first, second) else np.minimum(first, second)
+    if is_symbolic(first) or is_symbolic(second):
+        return _casadi().fmin(first, second)
+    return np.minimum(first, second)
 
 
 def where(condition: Scalar, if_true: Scalar, if_false: Scalar) -> Scalar:
     """``if_true`` where the condition holds, else ``if_false``; both must be finite."""
-    if is_symbolic(condition, if_true, if_false):
+    if is_symbolic(condition) or is_symbolic(if_true) or is_symbolic(if_false):
         return _casadi().if_else(condition, if_true, if_false)
     return np.where(condition, if_true, if_false)
 
 
 def stack(values: Sequence[Scalar]) -> Scalar:
     """Stack floats or arrays of shape (n,) into rows of shape (rows, n or 1); symbols into a column vector."""
-    if is_symbolic(*values):
+    if any(is_symbolic(value) for value in values):
         return _casadi().vertcat(*values)
     return np.stack(np.broadcast_arrays(*(np.atleast_1d(value) for value in values)))
 

@@ -226,12 +226,7 @@ def leg_separation(legs: LegRows, solids: SolidRows, direction: int) -> Scalar:
 
 def solid_separation(first: SolidRows, second: SolidRows, direction: int) -> Scalar:
     """Separation of each row's solids along one of ``SOLID_DIRECTIONS``; negative when they overlap."""
-    name = SOLID_DIRECTIONS[direction]
-    if name in _AXES:
-        normal: tuple[Scalar, Scalar] = _AXES[name]
-    else:
-        chord = (first if name.startswith("first") else second).face.chord
-        normal = _normal(chord, left=name.endswith("left"))
+    normal = _solid_direction(first, second, direction)
     return -second.extent((-normal[0], -normal[1])) - first.extent(normal)
 
 
@@ -246,20 +241,21 @@ def separations(layout: Layout, pairs: Pairs) -> tuple[NDArray[np.float64], NDAr
     legs, solids = leg_rows(layout.legs), solid_rows(layout.solids)
     pair_legs = legs.take([leg for leg, _ in pairs.leg_solid])
     pair_solids = solids.take([solid for _, solid in pairs.leg_solid])
-    light = np.stack(
-        [_checked_leg_separation(pair_legs, pair_solids, direction) for direction in range(len(LEG_DIRECTIONS))]
-    )
+    normals = _stacked([_leg_direction(pair_legs, pair_solids, direction) for direction in range(len(LEG_DIRECTIONS))])
+    # The whole leg's extent, also along the normals of its end rays, so that a normal on the wrong side shows.
+    spare = -pair_solids.extent((-normals[0], -normals[1])) - pair_legs.extent(normals)
+    light = np.where(_dot(normals, normals) > 0.5, spare, NOT_APART_MM)
     first = solids.take([one for one, _ in pairs.solid_solid])
     second = solids.take([other for _, other in pairs.solid_solid])
-    bodies = np.stack([solid_separation(first, second, direction) for direction in range(len(SOLID_DIRECTIONS))])
+    normals = _stacked([_solid_direction(first, second, direction) for direction in range(len(SOLID_DIRECTIONS))])
+    bodies = -second.extent((-normals[0], -normals[1])) - first.extent(normals)
     return light, bodies
 
 
-def _checked_leg_separation(legs: LegRows, solids: SolidRows, direction: int) -> Scalar:
-    """As :func:`leg_separation`, but with the whole leg's extent, so that a normal on the wrong side shows."""
-    normal = _leg_direction(legs, solids, direction)
-    separation = -solids.extent((-normal[0], -normal[1])) - legs.extent(normal)
-    return np.where(_dot(normal, normal) > 0.5, separation, NOT_APART_MM)
+def _stacked(normals: list[tuple[Scalar, Scalar]]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Normals along every direction as arrays of shape (directions, rows, ...)."""
+    across, along = (np.broadcast_arrays(*(normal[axis] for normal in normals)) for axis in (0, 1))
+    return np.stack(across), np.stack(along)
 
 
 def _leg_direction(legs: LegRows, solids: SolidRows, direction: int) -> tuple[Scalar, Scalar]:
@@ -274,6 +270,14 @@ def _leg_direction(legs: LegRows, solids: SolidRows, direction: int) -> tuple[Sc
         "leg's end": lambda: _between(end[0], end[1]),
         "leg's start": lambda: _between(start[0], start[1]),
     }[name.rpartition(", ")[0]]()
+    return _normal(chord, left=name.endswith("left"))
+
+
+def _solid_direction(first: SolidRows, second: SolidRows, direction: int) -> tuple[Scalar, Scalar]:
+    name = SOLID_DIRECTIONS[direction]
+    if name in _AXES:
+        return _AXES[name]
+    chord = (first if name.startswith("first") else second).face.chord
     return _normal(chord, left=name.endswith("left"))
 
 

@@ -82,12 +82,7 @@ def assemble(variant: Variant, values: Values, rules: Rules, fixed: Mapping[str,
         Parameters that must have a given value, by names such as ``primary.radius_mm`` or ``upper.gain``.
     """
     views = _views(values, rules)
-    upper_path = _direct_path(variant, "upper", values, views["upper"])
-    if variant.fold is None:
-        lower_path = _direct_path(variant, "lower", values, views["lower"])
-    else:
-        lower_path = _folded_path(variant, values, views["lower"])
-    paths = (lower_path, upper_path)
+    paths = _paths(variant, values, views)
     layout = lay_out(paths, _sides(variant), _surroundings(rules))
     constraints = [
         *_image_constraints(variant, values, rules, views),
@@ -115,10 +110,11 @@ def assemble(variant: Variant, values: Values, rules: Rules, fixed: Mapping[str,
     )
 
 
-def enclosing(layout: Layout, lens_front: Scalar) -> dict[str, Scalar]:
+def enclosing(variant: Variant, values: Values, rules: Rules) -> dict[str, Scalar]:
     """Top, bottom and radius of a mirror system as they are (design notes, section 4), for floats and arrays."""
+    layout = lay_out(_paths(variant, values, _views(values, rules)), _sides(variant), _surroundings(rules))
     heights = [height for mirror in layout.mirrors for height in _extreme_heights(mirror)]
-    top, bottom, radius = heights[0], lens_front, layout.mirrors[0].outer_radius
+    top, bottom, radius = heights[0], rules.lens_front, layout.mirrors[0].outer_radius
     for height in heights:
         top, bottom = maximum(top, height), minimum(bottom, height)
     for mirror in layout.mirrors:
@@ -134,6 +130,14 @@ def _views(values: Values, rules: Rules) -> dict[str, tuple[Scalar, Scalar]]:
         values["baseline"],
     )
     return {"upper": upper, "lower": lower}
+
+
+def _paths(variant: Variant, values: Values, views: dict[str, tuple[Scalar, Scalar]]) -> tuple[OpticalPath, ...]:
+    """The lower and the upper view's path."""
+    upper = _direct_path(variant, "upper", values, views["upper"])
+    if variant.fold is None:
+        return _direct_path(variant, "lower", values, views["lower"]), upper
+    return _folded_path(variant, values, views["lower"]), upper
 
 
 def _zone_tangents(variant: Variant, view: str, slopes: tuple[Scalar, Scalar]) -> tuple[Scalar, Scalar]:

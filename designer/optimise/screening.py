@@ -93,8 +93,7 @@ def scaled_values(problem: Problem, values: Mapping[str, Array]) -> Array:
 
 def assemble_enclosed(problem: Problem, values: dict[str, Array]) -> tuple[dict[str, Array], Assembly]:
     """Set top, bottom and radius to what the mirrors need, and put the designs together."""
-    layout = assemble(problem.variant, values, problem.rules, {}).layout
-    enclosed = values | enclosing(layout, np.asarray(problem.rules.lens_front))
+    enclosed = values | enclosing(problem.variant, values, problem.rules)
     return enclosed, assemble(problem.variant, enclosed, problem.rules, problem.fixed_values)
 
 
