@@ -10,13 +10,14 @@ from designer.design import Design
 from designer.evaluate.resolution import smallest_object
 from designer.report.figures.depth_map import IMAGE_CIRCLE_PX
 from designer.report.folder import Row, StudyFolder
-from designer.report.typesetting.markup import call, cells, literal, number, plain_number, text, typographic
+from designer.report.typesetting.markup import DASH, call, cells, literal, number, plain_number, text, typographic
 from designer.report.typesetting.requirement import facts_argument, requirement_groups
 from designer.report.typesetting.tables import (
     PAPER_CONFIGURATION,
     closest,
     paper_comparison,
     percent,
+    percent_decimals,
     prescription,
     ranking,
 )
@@ -234,18 +235,17 @@ def smallest_object_facts(design: Design) -> list[tuple[str, str]]:
 
 def performance_facts(row: Row) -> list[tuple[str, str]]:
     """Depth error, limit, and what the second stage gave up."""
+    columns = ("depth_error_rms", "depth_error_worst", "first_stage_depth_error_rms")
+    decimals = percent_decimals(row.number(column) for column in columns)
+    rms, worst, first_stage = (percent(row.number(column), decimals) for column in columns)
+    height, diameter = (number(row.number(f"first_stage_{size}_mm"), 1) for size in ("height", "diameter"))
     facts = [
-        ("rms depth error", f"{percent(row.number('depth_error_rms'))} %"),
-        ("worst depth error", f"{percent(row.number('depth_error_worst'))} %"),
+        ("rms depth error", f"{rms} %"),
+        ("worst depth error", f"{worst} %"),
         ("limit ratio", number(row.number("limit_ratio"), 4)),
-        (
-            "first stage alone",
-            f"{percent(row.number('first_stage_depth_error_rms'))} %, "
-            f"{number(row.number('first_stage_height_mm'), 1)} mm tall, "
-            f"{number(row.number('first_stage_diameter_mm'), 1)} mm wide",
-        ),
+        ("first stage alone", f"{first_stage} %, {height} mm tall, {diameter} mm wide"),
     ]
-    return [fact for fact in facts if not fact[1].startswith("–")]
+    return [fact for fact in facts if not fact[1].startswith(DASH)]
 
 
 def size_facts(row: Row) -> list[tuple[str, str]]:
@@ -263,7 +263,7 @@ def size_facts(row: Row) -> list[tuple[str, str]]:
         ("variant", typographic(row.text("variant"))),
         ("least clearance", f"{number(row.number('smallest_clearance_mm'), 3)} mm{where}"),
     ]
-    return [fact for fact in facts if fact[1] and not fact[1].startswith("–")]
+    return [fact for fact in facts if fact[1] and not fact[1].startswith(DASH)]
 
 
 def view_facts(design: Design) -> list[tuple[str, str]]:

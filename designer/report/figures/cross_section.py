@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from designer.design import Design, Mirror, View
 from designer.evaluate.mirrors import surface_of
-from designer.report.figures.style import GREY, INK, LIGHT_GREY, VIEW_COLOUR, VIEW_LINE, new_figure
+from designer.report.figures.style import GREY, HALO, INK, LIGHT_GREY, VIEW_COLOUR, VIEW_LINE, new_figure
 from designer.verify.tracer import meridional_rays
 
 SCALES = (0.5, 0.75, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 20.0, 30.0, 50.0)
@@ -22,7 +21,6 @@ SIDE_MM, TOP_MM, BOTTOM_MM = 12.0, 11.0, 2.0
 """Paper around the drawing, for the dimension lines."""
 
 VIEWPOINT_MARKER = {"upper": "^", "lower": "v"}
-_HALO: list[patheffects.AbstractPathEffect] = [patheffects.withStroke(linewidth=2.0, foreground="white")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,15 +213,15 @@ def _is_clear(spot: tuple[float, float], taken: list[tuple[float, float]], dista
 
 
 def _draw_viewpoints(axes: Axes, design: Design, frame: _Frame, scale: float) -> None:
-    """Mark pinhole and viewpoints on the axis; the viewpoints' names stand in the margin, at the baseline's ends."""
+    """Mark pinhole and viewpoints on the axis; the viewpoints' names stand in the margin, on the baseline's ends."""
     axes.plot([0.0], [0.0], marker="x", color=INK, markersize=5.0, zorder=8, linestyle="none")
     label = axes.text(1.9 * scale, 0.0, "$O$", ha="left", va="top", fontsize=9.0, zorder=9)
-    label.set_path_effects(_HALO)
-    margin = frame.right + 6.5 * scale
+    label.set_path_effects(HALO)
+    margin = frame.right + 2.0 * scale
     for name, symbol in (("upper", "$F_u$"), ("lower", "$F_l$")):
         height, colour = getattr(design.views, name).viewpoint_mm, VIEW_COLOUR[name]
         axes.plot([0.0], [height], marker=VIEWPOINT_MARKER[name], color=colour, markersize=5.0, zorder=8)
-        axes.text(margin, height, symbol, color=colour, ha="left", va="center", fontsize=9.0)
+        axes.text(margin, height + 0.4 * scale, symbol, color=colour, ha="center", va="bottom", fontsize=9.0)
 
 
 def _draw_dimensions(axes: Axes, design: Design, outline: _Outline, frame: _Frame, scale: float) -> None:
@@ -234,7 +232,7 @@ def _draw_dimensions(axes: Axes, design: Design, outline: _Outline, frame: _Fram
     for height in (outline.head_low, outline.head_high):
         _extension(axes, (0.0, height), (left - 0.3 * gap, height))
     for view in (design.views.upper, design.views.lower):
-        _extension(axes, (0.0, view.viewpoint_mm), (right + 0.5 * gap, view.viewpoint_mm))
+        _extension(axes, (0.0, view.viewpoint_mm), (right + 0.3 * gap, view.viewpoint_mm))
     for side in (-1.0, 1.0):
         radius = side * widest.outer_radius_mm
         _extension(axes, (radius, rim), (radius, top + 0.3 * gap))

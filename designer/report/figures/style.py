@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import matplotlib as mpl
+from matplotlib import patheffects
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
@@ -17,6 +18,9 @@ POINTS_PER_MM = 72.0 / MM_PER_INCH
 # Okabe and Ito's palette; line styles and markers always say the same thing once more, for print in grey.
 BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
 INK, GREY, LIGHT_GREY = "#1a1a1a", "#6b6b6b", "#c9c9c9"
+HALO: list[patheffects.AbstractPathEffect] = [patheffects.withStroke(linewidth=2.0, foreground="white")]
+"""A white rim that keeps small text legible over lines."""
+
 VIEW_COLOUR = {"upper": BLUE, "lower": VERMILLION}
 VIEW_LINE: dict[str, Any] = {"upper": "-", "lower": "--"}
 SERIES = ((BLUE, "-", "o"), (VERMILLION, "--", "s"), (GREEN, "-.", "^"), (PURPLE, ":", "D"), (ORANGE, "-", "v"))

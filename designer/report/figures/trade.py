@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
-from designer.report.figures.style import BLUE, GREY, INK, SERIES, VERMILLION, new_figure
+from designer.report.figures.style import BLUE, GREY, HALO, INK, SERIES, VERMILLION, new_figure
 from designer.report.folder import FrontPoint, Row
 from designer.report.typesetting.markup import DASH
 
@@ -183,6 +183,7 @@ def _place(
     to_data = axes.transData.inverted()
     x, y = to_data.transform(centre)
     label = axes.text(x, y, text, fontsize=8.0, color=INK, ha="center", va="center", zorder=5, clip_on=False)
+    label.set_path_effects(HALO)
     for radius in (3.0, 4.0, 5.5, 7.0, 9.0, 11.0, 14.0):
         for angle in np.radians([45, 135, -45, -135, 90, -90, 0, 180, 20, 160, -20, -160]):
             step = radius * pixels_per_mm * np.array([np.cos(angle), np.sin(angle)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 from designer.design import Design
@@ -12,9 +13,17 @@ from designer.report.typesetting.markup import DASH, call, cell, cells, literal,
 PAPER_CONFIGURATION = "folded-HyPl-Hy-upper_outer"
 
 
-def percent(value: float | None, decimals: int = 3) -> str:
-    """A share as percent, without the sign."""
+def percent(value: float | None, decimals: int | None = None) -> str:
+    """A share as percent, without the sign; with three significant digits unless decimals are given."""
+    if decimals is None:
+        decimals = percent_decimals([value], significant=3)
     return number(None if value is None else 100 * value, decimals)
+
+
+def percent_decimals(values: Iterable[float | None], significant: int = 4) -> int:
+    """Decimals with which the smallest of some shares, as percent, still shows its significant digits."""
+    known = [100 * value for value in values if value]
+    return max(significant - 1 - math.floor(math.log10(min(known))), 0) if known else significant
 
 
 def prescription(design: Design) -> str:
@@ -53,11 +62,13 @@ def prescription(design: Design) -> str:
 def ranking(rows: Iterable[Row]) -> str:
     """Every configuration with its status: feasible ones by rank with their numbers, the others with their reason."""
     body = []
+    rows = tuple(rows)
+    decimals = percent_decimals(row.number("depth_error_rms") for row in rows)
     for row in rows:
         head = [cell(row.rank or DASH), f"name-of({literal(row.configuration)})", cell(row.status)]
         if row.status == "feasible":
             values = [
-                percent(row.number("depth_error_rms")),
+                percent(row.number("depth_error_rms"), decimals),
                 number(row.number("limit_ratio"), 3),
                 number(row.number("baseline_mm"), 1),
                 number(row.number("height_mm"), 1),
@@ -122,7 +133,7 @@ def paper_comparison(design: Design, row: Row) -> str:
         ("vertical field, lower viewpoint (°)", "not given", _span(lower)),
         ("image (px)", "1600 × 1200", f"{camera.width_px} × {camera.height_px}"),
         ("lens", "12 mm", lens or f"principal distance {number(camera.focal_length_mm, 2)} mm"),
-        ("rms depth error (%)", "not given", percent(row.number("depth_error_rms"), 2)),
+        ("rms depth error (%)", "not given", percent(row.number("depth_error_rms"))),
     ]
     return call(
         "ruled",

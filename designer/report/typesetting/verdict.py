@@ -79,9 +79,9 @@ def _winner(study: StudyFolder, winner: Row) -> str:
     worst = winner.number("depth_error_worst")
     ratio = winner.number("limit_ratio")
     sentence = f" ({words}). " if words else ". "
-    sentence += f"Its rms depth error over the working volume is {percent(winner.number('depth_error_rms'), 2)} %"
+    sentence += f"Its rms depth error over the working volume is {percent(winner.number('depth_error_rms'))} %"
     sentence += f" at {noise} px of noise"
-    sentence += f" (at worst {percent(worst, 2)} %)" if worst is not None else ""
+    sentence += f" (at worst {percent(worst)} %)" if worst is not None else ""
     if ratio is not None:
         sentence += f", {number(ratio, 3)} times the least that any mirrors could reach at its baseline and topology"
     return f"The best is {_name(winner)}{text(sentence + '.')}"
@@ -134,7 +134,7 @@ def _runners_up(study: StudyFolder) -> str:
     told = [
         _name(row)
         + text(
-            f" ({percent(row.number('depth_error_rms'), 2)} %, {number(row.number('height_mm'), 1)} mm tall, "
+            f" ({percent(row.number('depth_error_rms'))} %, {number(row.number('height_mm'), 1)} mm tall, "
             f"{number(row.number('diameter_mm'), 1)} mm wide)"
         )
         for row in runners
