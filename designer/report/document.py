@@ -21,7 +21,7 @@ from designer.report.figures.trade import draw_fronts, draw_trade
 from designer.report.folder import StudyFolder, read_folder
 from designer.report.sections import Illustrations, source
 
-PANEL_MM = (82.0, 54.0)
+PANEL_MM = (82.0, 52.0)
 """Width and height of a panel on a design's page."""
 
 _PANELS: dict[str, Callable[..., Figure]] = {
