@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from designer.optimise.search import Candidate, improve, shrink_to
+from designer.optimise.descent import LARGEST_VIOLATION, Candidate, improve, task_of
+from designer.optimise.program import Goal
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,11 +28,22 @@ def trace_front(first: Candidate, goal: str, sizes: Sequence[str], points: int) 
     """
     front = []
     for size in sizes:
-        least = improve(first, size).goals[size]
+        least = improve(task_of(first), [first], Goal(size))[0].goals[size]
         limits = np.linspace(first.goals[size], least, points)
         current = first
         for limit in limits:
-            tightened = shrink_to(current, goal, size, max(float(limit), least * (1.0 + 1e-6)))
+            tightened = _shrunk(current, goal, size, max(float(limit), least * (1.0 + 1e-6)))
             front.append(FrontPoint(size, float(limit), tightened.goals if tightened else None))
             current = tightened or current
     return front
+
+
+def _shrunk(candidate: Candidate, goal: str, size: str, limit: float) -> Candidate | None:
+    """Minimise a goal from a feasible design with one size bounded; None if nothing feasible comes of it."""
+    task = task_of(candidate)
+    start = candidate
+    if start.goals[size] > limit:
+        start = improve(task, [start], Goal(size))[0]
+        if start.goals[size] > limit * (1.0 + LARGEST_VIOLATION):
+            return None
+    return improve(task, [start], Goal(goal, ((size, limit),)))[0]

@@ -10,52 +10,34 @@ from __future__ import annotations
 import math
 import zlib
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from designer.configurations import Configuration
 from designer.optimise.box import Ranges, box_of, limit_of
+from designer.optimise.descent import (
+    SAME_OBJECTIVE,
+    Candidate,
+    Task,
+    distinct_designs,
+    examine,
+    improve,
+    make_feasible,
+)
 from designer.optimise.feasibility import why_fixed_conflicts, why_impossible
-from designer.optimise.program import GOALS, Goal, Menu, Outcome, Separators, reduce_violation, solve
+from designer.optimise.program import Goal
 from designer.optimise.rules import rules_of
-from designer.optimise.screening import Check, Problem, assemble_enclosed, check, physical_values, scaled_values, screen
-from designer.optimise.separators import choose_separators, rechoose
+from designer.optimise.screening import Problem, assemble_enclosed, check, physical_values, scaled_values, screen
+from designer.optimise.separators import choose_separators
 from designer.optimise.variants import enumerate_variants
-from designer.requirement import Lens, Requirement
+from designer.requirement import Requirement
 
-Array = NDArray[np.float64]
-
-# A design is feasible when no constraint fails by more than this, as a share of its scale (a nanometre for lengths).
-LARGEST_VIOLATION = 1e-6
-# Objectives nearer than this, as a ratio, are the same optimum.
-SAME_OBJECTIVE = 1e-7
-# How often the directions that keep light and solids apart are chosen anew at a result.
-SEPARATOR_ROUNDS = 4
-# Once the first objective has reached its proven least value, this many different designs are enough for the second.
-ENOUGH_OPTIMA = 4
-
-
-@dataclass(frozen=True, slots=True)
-class Candidate:
-    """A design in the unit box, checked; it carries what is needed to go on from it."""
-
-    problem: Problem
-    lens: Lens
-    scales: tuple[float, ...]
-    scaled: Array
-    values: dict[str, float]
-    goals: dict[str, float]
-    separators: Separators
-    violation: float
-    report: Check
-
-    @property
-    def is_feasible(self) -> bool:
-        """Whether every constraint is kept, by independent evaluation."""
-        return self.violation <= LARGEST_VIOLATION
+# From so many of the best different designs the second objective is minimised.
+MOST_DESIGNS_IN_SECOND_STAGE = 6
+_SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +65,12 @@ class SearchResult:
     first: Candidate | None = None
     best: Candidate | None = None
     shortfall: Shortfall | None = None
-    solves: int = 0
     statuses: dict[str, int] = field(default_factory=dict)
+
+    @property
+    def solves(self) -> int:
+        """How often the solver ran."""
+        return sum(self.statuses.values())
 
     @property
     def limit_of_first(self) -> float:
@@ -109,9 +95,9 @@ def search(requirement: Requirement, configuration: Configuration) -> SearchResu
     conflict = why_fixed_conflicts(configuration, fixed)
     if conflict is not None:
         return SearchResult(configuration, "impossible", conflict)
-    log = _Log()
     reasons: list[str] = []
-    found: list[tuple[_Task, Candidate]] = []
+    tasks: list[Task] = []
+    found: list[tuple[Task, list[Candidate]]] = []
     misses: list[Candidate] = []
     for lens, variant in product(requirement.camera.lenses, enumerate_variants(configuration)):
         ranges = Ranges(requirement.baseline_range_mm, lens.principal_distances_mm)
@@ -121,16 +107,18 @@ def search(requirement: Requirement, configuration: Configuration) -> SearchResu
             reasons.append(reason)
             continue
         problem = Problem(variant, rules, box_of(variant, rules, ranges), tuple(sorted(fixed.items())))
-        task = _Task(problem, lens, _goal_scales(problem), log)
+        task = Task(problem, lens, _goal_scales(problem), Counter())
+        tasks.append(task)
         feasible, miss = _first_stage(requirement, task)
-        found += [(task, candidate) for candidate in feasible]
+        if feasible:
+            found.append((task, feasible))
         if miss is not None:
             misses.append(miss)
     if not found and not misses:
         return SearchResult(configuration, "impossible", "; ".join(dict.fromkeys(reasons)))
     if not found:
-        return _infeasible(configuration, misses, log)
-    return _second_stage(requirement, configuration, found, log)
+        return _infeasible(configuration, tasks, misses)
+    return _second_stage(requirement, configuration, tasks, found)
 
 
 def _goal_scales(problem: Problem) -> tuple[float, ...]:
@@ -142,200 +130,62 @@ def _goal_scales(problem: Problem) -> tuple[float, ...]:
     return (depth_error if depth_error > 0.0 else 0.01, height, diameter, math.pi / 4.0 * diameter**2 * height)
 
 
-class _Log:
-    """Counts what the solver said."""
-
-    def __init__(self) -> None:
-        self.statuses: Counter[str] = Counter()
-
-    def note(self, outcome: Outcome) -> Outcome:
-        """Count one outcome and pass it on."""
-        self.statuses[outcome.status] += 1
-        return outcome
-
-
-@dataclass(slots=True)
-class _Task:
-    """A problem with what a search needs beside it; the menu grows with the separators that turn out to be needed."""
-
-    problem: Problem
-    lens: Lens
-    scales: tuple[float, ...]
-    log: _Log
-    menu: Menu | None = None
-
-    def menu_for(self, separators: Separators) -> Menu:
-        """A menu that offers the separators and all those asked for before."""
-        if self.menu is None:
-            self.menu = Menu.of([separators])
-        elif not self.menu.offers(separators):
-            self.menu = self.menu.with_choice(separators)
-        return self.menu
-
-
-def _first_stage(requirement: Requirement, task: _Task) -> tuple[list[Candidate], Candidate | None]:
+def _first_stage(requirement: Requirement, task: Task) -> tuple[list[Candidate], Candidate | None]:
     """Solve for the first objective from every start: feasible designs, and the nearest miss if there are none."""
     problem = task.problem
     name = problem.variant.configuration.name
     random = np.random.default_rng([requirement.solve.seed, zlib.crc32(f"{name}/{problem.variant.label}".encode())])
-    starts = screen(problem, requirement.solve.starts, random)
-    values, assembly = assemble_enclosed(problem, physical_values(problem, starts))
-    report = check(problem, assembly)
+    screened = screen(problem, requirement.solve.starts, random)
+    values, assembly = assemble_enclosed(problem, physical_values(problem, screened))
     scaled = scaled_values(problem, values)
-    separators = choose_separators(report, problem.rules.clearance, problem.rules.envelope_height)
-    task.menu = Menu.of(separators)
-    goal = Goal(requirement.objective.minimise)
-    limit = _proven_least(requirement, task)
-    feasible: list[Candidate] = []
-    misses: list[Candidate] = []
-    for index, choice in enumerate(separators):
-        start = _examine(task, scaled[:, index], choice)
-        if not start.is_feasible:
-            start = _make_feasible(task, start)
-        if not start.is_feasible:
-            misses.append(start)
-            continue
-        feasible.append(_improve(task, start, goal))
-        if feasible[-1].goals[goal.minimise] <= limit * (1.0 + SAME_OBJECTIVE) and len(feasible) >= ENOUGH_OPTIMA:
-            break
-    nearest = min(misses, key=lambda miss: miss.violation) if misses and not feasible else None
-    return feasible, nearest
-
-
-def _proven_least(requirement: Requirement, task: _Task) -> float:
-    """The least value of the first objective that any mirrors could reach, where a closed form knows it."""
-    baseline, distance = task.problem.box["baseline"], task.problem.box["principal_distance"]
-    if requirement.objective.minimise != "depth_error" or not (baseline.is_fixed and distance.is_fixed):
-        return 0.0
-    return float(limit_of(task.problem.variant, task.problem.rules, baseline.low, distance.low))
-
-
-def _make_feasible(task: _Task, start: Candidate) -> Candidate:
-    """Reduce the largest violation, choosing separators anew where they stand in the way."""
-    best = start
-    separators = start.separators
-    for _ in range(SEPARATOR_ROUNDS):
-        menu = task.menu_for(separators)
-        outcome = task.log.note(
-            reduce_violation(task.problem, menu, separators, best.scaled, task.scales, max(best.violation, 0.0))
-        )
-        reached = _examine(task, outcome.scaled, separators)
-        if not reached.violation < best.violation:
-            break
-        best = reached
-        if best.is_feasible:
-            break
-        chosen = _rechosen(task, separators, best)
-        if chosen == separators:
-            break
-        separators = chosen
-    return best
-
-
-def _improve(task: _Task, start: Candidate, goal: Goal) -> Candidate:
-    """Minimise a goal from a feasible design, choosing separators anew where they stand in the way."""
-    best = start
-    separators = start.separators
-    for _ in range(SEPARATOR_ROUNDS):
-        menu = task.menu_for(separators)
-        outcome = task.log.note(solve(task.problem, menu, separators, best.scaled, goal, task.scales))
-        reached = _examine(task, outcome.scaled, separators)
-        kept = all(reached.goals[name] <= bound * (1.0 + LARGEST_VIOLATION) for name, bound in goal.bounds)
-        better = reached.goals[goal.minimise] < best.goals[goal.minimise] * (1.0 - SAME_OBJECTIVE)
-        if reached.is_feasible and kept and better:
-            best = reached
-        # A feasible result may be held by a separator that need not be; one that is not feasible met a pair that had
-        # been left out as far.
-        chosen = _rechosen(task, separators, best if reached.is_feasible else reached)
-        if chosen == separators:
-            break
-        separators = chosen
-    return best
-
-
-def _examine(task: _Task, scaled: Array, separators: Separators) -> Candidate:
-    """Check a point of the unit box in NumPy; what encloses the mirrors is taken from the mirrors themselves."""
-    problem = task.problem
-    with np.errstate(all="ignore"):
-        values, assembly = assemble_enclosed(problem, physical_values(problem, scaled[:, None]))
-        report = check(problem, assembly)
-    enclosed = scaled_values(problem, values)[:, 0]
-    goals = {name: float(np.ravel(getattr(assembly, name))[0]) for name in GOALS}
-    return Candidate(
-        problem,
-        task.lens,
-        task.scales,
-        enclosed,
-        {name: float(np.ravel(value)[0]) for name, value in values.items()},
-        goals,
-        separators,
-        float(report.largest_violations[0]),
-        report,
-    )
-
-
-def improve(candidate: Candidate, goal: str) -> Candidate:
-    """Minimise one goal alone from a feasible design."""
-    return _improve(_task_of(candidate), candidate, Goal(goal))
-
-
-def shrink_to(candidate: Candidate, goal: str, size: str, limit: float) -> Candidate | None:
-    """Minimise a goal from a feasible design with one size bounded; None if nothing feasible comes of it."""
-    task = _task_of(candidate)
-    start = candidate
-    if start.goals[size] > limit:
-        smaller = _improve(task, candidate, Goal(size, ((size, limit),)))
-        if smaller.goals[size] > limit * (1.0 + LARGEST_VIOLATION):
-            return None
-        start = smaller
-    return _improve(task, start, Goal(goal, ((size, limit),)))
-
-
-def _task_of(candidate: Candidate) -> _Task:
-    return _Task(candidate.problem, candidate.lens, candidate.scales, _Log())
-
-
-def _rechosen(task: _Task, separators: Separators, candidate: Candidate) -> Separators:
-    return rechoose(separators, candidate.report, task.problem.rules.clearance, candidate.violation)
+    choices = choose_separators(check(problem, assembly), problem.rules.clearance, problem.rules.envelope_height)
+    starts = [examine(task, scaled[:, index], choice) for index, choice in enumerate(choices)]
+    task.offer(choices)
+    reached = make_feasible(task, starts)
+    feasible = [candidate for candidate in reached if candidate.is_feasible]
+    if not feasible:
+        return [], min(reached, key=lambda miss: miss.violation)
+    return improve(task, feasible, Goal(requirement.objective.minimise)), None
 
 
 def _second_stage(
-    requirement: Requirement, configuration: Configuration, found: list[tuple[_Task, Candidate]], log: _Log
+    requirement: Requirement,
+    configuration: Configuration,
+    tasks: list[Task],
+    found: list[tuple[Task, list[Candidate]]],
 ) -> SearchResult:
     """Minimise the second objective, with the first within its tolerance of the configuration's best."""
     first_goal, second_goal = requirement.objective.minimise, requirement.objective.then
-    _, first = min(found, key=lambda item: item[1].goals[first_goal])
+    first = min((design for _, designs in found for design in designs), key=lambda design: design.goals[first_goal])
     bound = first.goals[first_goal] * (1.0 + max(requirement.objective.within_percent / 100.0, SAME_OBJECTIVE))
-    near = sorted(
-        (item for item in found if item[1].goals[first_goal] <= bound), key=lambda item: item[1].goals[second_goal]
-    )
     goal = Goal(second_goal, ((first_goal, bound),))
-    best = min(
-        (_improve(task, candidate, goal) for task, candidate in near), key=lambda design: design.goals[second_goal]
-    )
-    return SearchResult(
-        configuration,
-        "feasible",
-        "",
-        first=first,
-        best=best,
-        solves=log.statuses.total(),
-        statuses=dict(log.statuses),
-    )
+    improved: list[Candidate] = []
+    for task, designs in found:
+        near = [design for design in designs if design.goals[first_goal] <= bound]
+        improved += improve(task, distinct_designs(near, second_goal)[:MOST_DESIGNS_IN_SECOND_STAGE], goal)
+    best = min(improved, key=lambda design: design.goals[second_goal])
+    return SearchResult(configuration, "feasible", "", first=first, best=best, statuses=_all_statuses(tasks))
 
 
-def _infeasible(configuration: Configuration, misses: list[Candidate], log: _Log) -> SearchResult:
+def _all_statuses(tasks: Iterable[Task]) -> dict[str, int]:
+    return dict(sum((task.statuses for task in tasks), Counter()))
+
+
+def _infeasible(configuration: Configuration, tasks: list[Task], misses: list[Candidate]) -> SearchResult:
+    statuses = _all_statuses(tasks)
+    if not any(status in statuses for status in _SOLVED):
+        said = ", ".join(f"{status} ({count})" for status, count in statuses.items())
+        return SearchResult(configuration, "failed", f"the solver never came to an end: {said}", statuses=statuses)
     nearest = min(misses, key=lambda miss: miss.violation)
     worst = int(nearest.report.violations[:, 0].argmax())
-    short = -float(nearest.report.amounts[worst, 0])
+    short = abs(float(nearest.report.amounts[worst, 0]))
     unit, name = nearest.report.units[worst], nearest.report.names[worst]
-    shortfall = Shortfall(name, abs(short), unit, nearest.violation, nearest.problem.variant.label)
+    shortfall = Shortfall(name, short, unit, nearest.violation, nearest.problem.variant.label)
     variant = f" ({shortfall.variant})" if shortfall.variant else ""
     return SearchResult(
         configuration,
         "infeasible",
         f"no feasible point found; the nearest{variant} misses by {shortfall.amount:.3g} {unit}: {name}",
         shortfall=shortfall,
-        solves=log.statuses.total(),
-        statuses=dict(log.statuses),
+        statuses=statuses,
     )

@@ -13,7 +13,8 @@ from designer.evaluate.mirrors import mirror_shape
 from designer.evaluate.summary import evaluate_design
 from designer.optics.layout import PlacedMirror
 from designer.optics.view import elevation_tangents_of_views
-from designer.optimise.search import Candidate, SearchResult
+from designer.optimise.descent import Candidate
+from designer.optimise.search import SearchResult
 from designer.requirement import Lens, Requirement
 
 _KINDS = {

@@ -9,8 +9,9 @@ from typing import Any
 
 from designer.configurations import Configuration
 from designer.design import Design
+from designer.optimise.descent import Candidate
 from designer.optimise.front import FrontPoint, trace_front
-from designer.optimise.search import Candidate, SearchResult, search
+from designer.optimise.search import SearchResult, search
 from designer.requirement import Requirement
 from designer.study.record import design_of
 from designer.verify.verdict import judge

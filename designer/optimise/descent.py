@@ -1,0 +1,185 @@
+"""Going down from several starts at once, and checking every result in NumPy.
+
+A solver's word counts for nothing: a design is feasible when every constraint and every clearance, evaluated anew, is
+kept. Starts go in rounds: after each, the separators that hold a design and need not are chosen anew, and the program
+is built again once for all of them.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from designer.optimise.program import GOALS, Goal, Menu, Outcome, Separators, reduce_violation, solve
+from designer.optimise.screening import Check, Problem, assemble_enclosed, check, physical_values, scaled_values
+from designer.optimise.separators import rechoose
+from designer.requirement import Lens
+
+Array = NDArray[np.float64]
+
+# A design is feasible when no constraint fails by more than this, as a share of its scale (a nanometre for lengths).
+LARGEST_VIOLATION = 1e-6
+# Objectives nearer than this, as a ratio, are the same optimum.
+SAME_OBJECTIVE = 1e-7
+# Designs nearer than this in the unit box are the same.
+SAME_POINT = 1e-3
+# How often separators are chosen anew.
+ROUNDS = 4
+# Only so many of the best designs go into another round.
+MOST_DESIGNS_IN_LATER_ROUNDS = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A design in the unit box, checked; it carries what is needed to go on from it.
+
+    ``goals`` holds every goal in its own unit, ``violation`` the largest scaled violation.
+    """
+
+    problem: Problem
+    lens: Lens
+    scales: tuple[float, ...]
+    scaled: Array
+    values: dict[str, float]
+    goals: dict[str, float]
+    separators: Separators
+    violation: float
+    report: Check
+
+    @property
+    def is_feasible(self) -> bool:
+        """Whether every constraint is kept, by independent evaluation."""
+        return self.violation <= LARGEST_VIOLATION
+
+    def keeps(self, goal: Goal) -> bool:
+        """Whether the bounds of a goal are kept."""
+        return all(self.goals[name] <= bound * (1.0 + LARGEST_VIOLATION) for name, bound in goal.bounds)
+
+
+@dataclass(slots=True)
+class Task:
+    """A problem with what a descent needs beside it.
+
+    ``scales`` are typical sizes of the goals. The menu grows with the separators that turn out to be needed;
+    ``statuses`` counts what the solver said.
+    """
+
+    problem: Problem
+    lens: Lens
+    scales: tuple[float, ...]
+    statuses: Counter[str]
+    menu: Menu | None = None
+
+    def offer(self, choices: Iterable[Separators]) -> Menu:
+        """A menu with the given choices and all those offered before."""
+        menu = self.menu
+        for choice in choices:
+            if menu is None:
+                menu = Menu.of([choice])
+            elif not menu.offers(choice):
+                menu = menu.with_choice(choice)
+        assert menu is not None
+        self.menu = menu
+        return menu
+
+    def note(self, outcome: Outcome) -> Outcome:
+        """Count one outcome and pass it on."""
+        self.statuses[outcome.status] += 1
+        return outcome
+
+
+def examine(task: Task, scaled: Array, separators: Separators) -> Candidate:
+    """Check a point of the unit box in NumPy; what encloses the mirrors is taken from the mirrors themselves."""
+    problem = task.problem
+    with np.errstate(all="ignore"):
+        values, assembly = assemble_enclosed(problem, physical_values(problem, scaled[:, None]))
+        report = check(problem, assembly)
+    return Candidate(
+        problem,
+        task.lens,
+        task.scales,
+        scaled_values(problem, values)[:, 0],
+        {name: float(np.ravel(value)[0]) for name, value in values.items()},
+        {name: float(np.ravel(getattr(assembly, name))[0]) for name in GOALS},
+        separators,
+        float(report.largest_violations[0]),
+        report,
+    )
+
+
+def make_feasible(task: Task, starts: Sequence[Candidate]) -> list[Candidate]:
+    """Reduce the largest violation of every start, until it is feasible or nothing helps."""
+    best = list(starts)
+    choices = [start.separators for start in starts]
+    active = [index for index, start in enumerate(starts) if not start.is_feasible]
+    for _ in range(ROUNDS):
+        menu = task.offer(choices[index] for index in active)
+        again = []
+        for index in active:
+            start, choice = best[index], choices[index]
+            outcome = task.note(
+                reduce_violation(task.problem, menu, choice, start.scaled, task.scales, start.violation)
+            )
+            reached = examine(task, outcome.scaled, choice)
+            if not reached.violation < start.violation:
+                continue
+            best[index] = reached
+            chosen = _rechosen(task, choice, reached)
+            if not reached.is_feasible and chosen != choice:
+                choices[index] = chosen
+                again.append(index)
+        active = sorted(again, key=lambda index: best[index].violation)[:MOST_DESIGNS_IN_LATER_ROUNDS]
+        if not active:
+            break
+    return best
+
+
+def improve(task: Task, starts: Sequence[Candidate], goal: Goal) -> list[Candidate]:
+    """Minimise a goal from every start, each feasible: never worse than it was."""
+    best = list(starts)
+    choices = [start.separators for start in starts]
+    active = list(range(len(starts)))
+    for _ in range(ROUNDS):
+        menu = task.offer(choices[index] for index in active)
+        again = []
+        for index in active:
+            choice = choices[index]
+            outcome = task.note(solve(task.problem, menu, choice, best[index].scaled, goal, task.scales))
+            reached = examine(task, outcome.scaled, choice)
+            better = reached.goals[goal.minimise] < best[index].goals[goal.minimise] * (1.0 - SAME_OBJECTIVE)
+            if reached.is_feasible and reached.keeps(goal) and better:
+                best[index] = reached
+            # A feasible result may be held by a separator that need not be; one that is not feasible met a pair that
+            # had been left out as far.
+            chosen = _rechosen(task, choice, best[index] if reached.is_feasible else reached)
+            if chosen != choice:
+                choices[index] = chosen
+                again.append(index)
+        distinct = distinct_designs([best[index] for index in again], goal.minimise)
+        active = [index for index in again if any(best[index] is design for design in distinct)]
+        active = active[:MOST_DESIGNS_IN_LATER_ROUNDS]
+        if not active:
+            break
+    return best
+
+
+def distinct_designs(designs: Sequence[Candidate], goal: str) -> list[Candidate]:
+    """Designs that differ, best first."""
+    kept: list[Candidate] = []
+    for design in sorted(designs, key=lambda design: design.goals[goal]):
+        if all(np.abs(design.scaled - other.scaled).max() > SAME_POINT for other in kept):
+            kept.append(design)
+    return kept
+
+
+def task_of(candidate: Candidate) -> Task:
+    """A task that goes on from a candidate."""
+    return Task(candidate.problem, candidate.lens, candidate.scales, Counter())
+
+
+def _rechosen(task: Task, separators: Separators, candidate: Candidate) -> Separators:
+    return rechoose(separators, candidate.report, task.problem.rules.clearance, candidate.violation)
