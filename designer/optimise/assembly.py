@@ -244,7 +244,7 @@ def _mirror_constraints(layout: Layout, rules: Rules) -> list[Constraint]:
 
 
 def _sheet_constraints(variant: Variant, paths: tuple[OpticalPath, ...]) -> list[Constraint]:
-    """Every ray meets the vertex sheet, on the side the variant says; a primary stays of its kind."""
+    """Every ray meets the vertex sheets, forwards, on the side the variant says; a primary stays of its kind."""
     constraints = []
     for path in paths:
         for reflection in path.reflections:
@@ -253,7 +253,14 @@ def _sheet_constraints(variant: Variant, paths: tuple[OpticalPath, ...]) -> list
             constraints.append(Constraint(name, "1", 0.05, 1.0 - SHEET_MARGIN - reach))
     fold = variant.fold
     if fold is not None:
-        primary = paths[0].reflections[1].conic
+        secondary, primary = paths[0].reflections[0].conic, paths[0].reflections[1].conic
+        for end in (0, 1):
+            # The line through the shared focus meets the primary above the secondary too, where no light comes.
+            below = (
+                secondary.point(paths[0].reflections[0].half_tangents[end])[1]
+                - primary.point(paths[0].reflections[1].half_tangents[end])[1]
+            )
+            constraints.append(Constraint("primary below the secondary", "mm", 1.0, below))
         distance = fold.primary_side * primary.vertex_distance - SHORTEST_VERTEX_DISTANCE_MM
         constraints.append(Constraint("primary's vertex on its side of the viewpoint", "mm", 1.0, distance))
         if fold.primary_gains is not None:

@@ -37,6 +37,8 @@ from designer.requirement import Requirement
 
 # From so many of the best different designs the second objective is minimised.
 MOST_DESIGNS_IN_SECOND_STAGE = 6
+# Nobody should hear "infeasible" for want of starts: so many times more are tried before it is said.
+MORE_STARTS_IF_INFEASIBLE = 3
 _SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
 
 
@@ -132,20 +134,28 @@ def _goal_scales(problem: Problem) -> tuple[float, ...]:
 
 def _first_stage(requirement: Requirement, task: Task) -> tuple[list[Candidate], Candidate | None]:
     """Solve for the first objective from every start: feasible designs, and the nearest miss if there are none."""
+    variant = task.problem.variant
+    key = zlib.crc32(f"{variant.configuration.name}/{variant.label}".encode())
+    random = np.random.default_rng([requirement.solve.seed, key])
+    misses: list[Candidate] = []
+    for starts in (requirement.solve.starts, MORE_STARTS_IF_INFEASIBLE * requirement.solve.starts):
+        reached = make_feasible(task, _starts(task, starts, random))
+        feasible = [candidate for candidate in reached if candidate.is_feasible]
+        if feasible:
+            return improve(task, feasible, Goal(requirement.objective.minimise)), None
+        misses += reached
+    return [], min(misses, key=lambda miss: miss.violation)
+
+
+def _starts(task: Task, count: int, random: np.random.Generator) -> list[Candidate]:
+    """Screened designs, each with the separators to start with."""
     problem = task.problem
-    name = problem.variant.configuration.name
-    random = np.random.default_rng([requirement.solve.seed, zlib.crc32(f"{name}/{problem.variant.label}".encode())])
-    screened = screen(problem, requirement.solve.starts, random)
+    screened = screen(problem, count, random)
     values, assembly = assemble_enclosed(problem, physical_values(problem, screened))
     scaled = scaled_values(problem, values)
     choices = choose_separators(check(problem, assembly), problem.rules.clearance, problem.rules.envelope_height)
-    starts = [examine(task, scaled[:, index], choice) for index, choice in enumerate(choices)]
     task.offer(choices)
-    reached = make_feasible(task, starts)
-    feasible = [candidate for candidate in reached if candidate.is_feasible]
-    if not feasible:
-        return [], min(reached, key=lambda miss: miss.violation)
-    return improve(task, feasible, Goal(requirement.objective.minimise)), None
+    return [examine(task, scaled[:, index], choice) for index, choice in enumerate(choices)]
 
 
 def _second_stage(
