@@ -1,0 +1,270 @@
+"""Matching along the scan lines of a pair of panoramas, and why each pixel that has no match was dropped.
+
+Disparity is row_upper - row_lower in panorama rows, for the same azimuth: the lower viewpoint sees a point higher
+than the upper one does. The paper's matcher is the sum of absolute differences (SAD) over a 9 x 9 window with
+reverse verification: the lower pixel that an upper pixel matches must itself match that upper pixel best. Both
+searches read the same costs. Semi-global matching is OpenCV's.
+
+Scan-line images have shape (columns + 2 AZIMUTH_PADDING, rows): a row of the array is one azimuth.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from enum import IntEnum
+from itertools import pairwise
+from typing import Literal
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from designer.imaging.costs import LARGEST_WINDOW, UNSEARCHED, least_sums
+from designer.imaging.panorama import AZIMUTH_PADDING, Image, PanoramaGrid
+from designer.imaging.reconstruction import disparity_from_distance, distance_map
+
+Matcher = Literal["sad", "semi_global"]
+
+
+class Outcome(IntEnum):
+    """What became of a pixel of the upper panorama: kept, or the first reason for which it was dropped."""
+
+    KEPT = 0
+    OUTSIDE_ZONE = 1
+    """Its direction, or its match's, is not imaged: outside the asked elevations, the image circle or the sensor."""
+    NO_TEXTURE = 2
+    """Too little contrast along the scan line within the window."""
+    BORDER = 3
+    """The best match lies at the upper or lower edge of the other panorama: the true one may lie beyond."""
+    OUT_OF_RANGE = 4
+    """The best match lies at an end of the search, or outside the range of distances."""
+    REVERSE_CHECK = 5
+    """The match found backwards, from the lower panorama, is another one."""
+    SPECKLE = 6
+    """A small island of disparities unlike those around it."""
+
+
+@dataclass(frozen=True, slots=True)
+class MatchingOptions:
+    """How to match.
+
+    ``window`` is the odd side of the SAD window in panorama pixels; ``least_contrast`` the mean absolute difference
+    of neighbours along the scan line, in grey levels; ``reverse_tolerance`` in rows; islands of up to
+    ``speckle_size`` pixels whose disparity differs by more than ``speckle_difference`` rows from their surroundings
+    are dropped (0 keeps them).
+    """
+
+    matcher: Matcher = "sad"
+    window: int = 9
+    least_contrast: float = 1.0
+    reverse_tolerance: float = 1.0
+    speckle_size: int = 60
+    speckle_difference: float = 1.5
+    threads: int = 2
+
+    def __post_init__(self) -> None:
+        """Raise ValueError for a window that is even or too wide."""
+        if self.window % 2 == 0 or not 1 <= self.window <= LARGEST_WINDOW:
+            raise ValueError(f"window must be odd and at most {LARGEST_WINDOW}, not {self.window}")
+
+
+DEFAULT_OPTIONS = MatchingOptions()
+
+# A disparity far from all others, and what marks a dropped pixel among sixteenths of a row.
+_NOWHERE = np.float32(1e6)
+_DROPPED = -32768
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SearchRange:
+    """Which disparities are tried, and for which rows of the upper panorama.
+
+    ``lowest`` is the smallest disparity; ``spans`` holds the first row and the row after the last for each disparity
+    from there on, in steps of one; distances outside ``distances_mm`` are not kept.
+    """
+
+    lowest: int
+    spans: tuple[tuple[int, int], ...]
+    distances_mm: tuple[float, float]
+    baseline_mm: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Matches:
+    """Disparities (not a number where dropped), distances in mm (likewise) and outcomes, each (columns, rows)."""
+
+    disparities: NDArray[np.float32]
+    distances_mm: NDArray[np.float32]
+    outcomes: NDArray[np.uint8]
+
+    @property
+    def fractions(self) -> dict[str, float]:
+        """The fraction of all pixels that met each outcome."""
+        counts = np.bincount(self.outcomes.ravel(), minlength=len(Outcome))
+        return {outcome.name.lower(): float(counts[outcome]) / self.outcomes.size for outcome in Outcome}
+
+
+def search_range(grid: PanoramaGrid, baseline_mm: float, distances_mm: tuple[float, float]) -> SearchRange:
+    """The disparities of points between two horizontal distances, at each row of the upper panorama.
+
+    One row is added at either end, so that a match at the limit has neighbours to interpolate between.
+    """
+    near, far = distances_mm
+    rows = np.arange(grid.rows)
+    largest = np.floor(disparity_from_distance(grid, rows, near, baseline_mm)).astype(int) + 2
+    smallest = np.ceil(disparity_from_distance(grid, rows, far, baseline_mm)).astype(int) - 2
+    # A match must lie on a row of the lower panorama.
+    smallest = np.maximum(smallest, rows - (grid.rows - 1))
+    largest = np.minimum(largest, rows)
+    lowest, highest = int(smallest.min()), int(largest.max())
+    spans = []
+    for disparity in range(lowest, highest + 1):
+        searched = np.flatnonzero((smallest <= disparity) & (disparity <= largest))
+        spans.append((int(searched[0]), int(searched[-1]) + 1) if searched.size else (0, 0))
+    return SearchRange(lowest, tuple(spans), distances_mm, baseline_mm)
+
+
+def match(
+    grid: PanoramaGrid,
+    search: SearchRange,
+    upper: Image,
+    lower: Image,
+    imaged: tuple[NDArray[np.bool_], NDArray[np.bool_]],
+    options: MatchingOptions = DEFAULT_OPTIONS,
+) -> Matches:
+    """Match every pixel of the upper panorama with the lower one.
+
+    Parameters
+    ----------
+    upper, lower
+        Grey scan lines of both views, (columns + 2 AZIMUTH_PADDING, rows).
+    imaged
+        Which samples the upper and the lower view image, each (columns, rows).
+    """
+    shape = (grid.columns, grid.rows)
+    matches = Matches(np.empty(shape, np.float32), np.empty(shape, np.float32), np.empty(shape, np.uint8))
+    whole = _semi_global(grid, search, upper, lower, options) if options.matcher == "semi_global" else None
+
+    def match_part(columns: slice) -> None:
+        padded = slice(columns.start, columns.stop + 2 * AZIMUTH_PADDING)
+        found = _least_differences(search, upper[padded], lower[padded], options) if whole is None else whole[columns]
+        part = _judged(grid, search, found, upper[padded], (imaged[0][columns], imaged[1][columns]), options)
+        matches.disparities[columns], matches.distances_mm[columns], matches.outcomes[columns] = part
+
+    edges = np.linspace(0, grid.columns, options.threads + 1).astype(int)
+    with ThreadPoolExecutor(options.threads) as pool:
+        list(pool.map(match_part, (slice(*pair) for pair in pairwise(edges))))
+    if options.speckle_size:
+        _drop(matches, _speckles(matches.disparities, options), Outcome.SPECKLE)
+    return matches
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Candidates:
+    """What a search found for each pixel, before anything is checked; arrays of shape (columns, rows).
+
+    ``reverse`` belongs to the lower panorama: the disparity found from there, or one far from all others.
+    """
+
+    disparities: NDArray[np.float32]
+    found: NDArray[np.bool_]
+    at_end: NDArray[np.bool_]
+    reverse: NDArray[np.float32]
+
+    def __getitem__(self, columns: slice) -> _Candidates:
+        return _Candidates(self.disparities[columns], self.found[columns], self.at_end[columns], self.reverse[columns])
+
+
+def _least_differences(search: SearchRange, upper: Image, lower: Image, options: MatchingOptions) -> _Candidates:
+    margin = AZIMUTH_PADDING - options.window // 2
+    needed = slice(margin, len(upper) - margin)
+    winners = least_sums(upper[needed], lower[needed], search.lowest, search.spans, options.window)
+    disparities = winners.interpolation()
+    disparities += winners.index
+    disparities += np.float32(search.lowest)
+    reverse = np.where(winners.reverse_best < UNSEARCHED, winners.reverse_index + np.float32(search.lowest), _NOWHERE)
+    at_end = np.maximum(winners.before, winners.after) == UNSEARCHED
+    return _Candidates(disparities, winners.best < UNSEARCHED, at_end, reverse)
+
+
+def _semi_global(
+    grid: PanoramaGrid, search: SearchRange, upper: Image, lower: Image, options: MatchingOptions
+) -> _Candidates:
+    """OpenCV's semi-global matcher, run from either view; it cannot limit its search row by row."""
+    count = -(-len(search.spans) // 16) * 16
+    # The matcher gives nothing where its search leaves the image, so the image is made wide enough.
+    padding = max(abs(search.lowest), abs(search.lowest + count)) + 1
+    wide = [np.pad(lines, ((0, 0), (padding, padding)), mode="edge") for lines in (upper, lower)]
+    inside = (slice(AZIMUTH_PADDING, -AZIMUTH_PADDING), slice(padding, padding + grid.rows))
+
+    def disparities_of(first: Image, second: Image, lowest: int) -> NDArray[np.float32]:
+        area = options.window**2
+        matcher = cv2.StereoSGBM.create(
+            lowest, count, options.window, P1=4 * area, P2=32 * area, preFilterCap=31, mode=cv2.STEREO_SGBM_MODE_SGBM
+        )
+        return np.asarray(matcher.compute(first, second)[inside], dtype=np.float32) / np.float32(16.0)
+
+    with ThreadPoolExecutor(options.threads) as pool:
+        forward = pool.submit(disparities_of, wide[0], wide[1], search.lowest)
+        backward = pool.submit(disparities_of, wide[1], wide[0], -(search.lowest + count - 1))
+        disparities, reverse = forward.result(), -backward.result()
+    highest = search.lowest + len(search.spans) - 1
+    rows_lower = np.arange(grid.rows, dtype=np.float32) - disparities
+    found = (disparities >= search.lowest) & (rows_lower >= 0) & (rows_lower <= grid.rows - 1)
+    at_end = (disparities < search.lowest + 0.5) | (disparities > highest - 0.5)
+    return _Candidates(disparities, found, at_end, reverse)
+
+
+def _judged(
+    grid: PanoramaGrid,
+    search: SearchRange,
+    candidates: _Candidates,
+    upper: Image,
+    imaged: tuple[NDArray[np.bool_], NDArray[np.bool_]],
+    options: MatchingOptions,
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint8]]:
+    """Disparities, distances and outcomes of some columns, all but the search for speckles."""
+    disparities = candidates.disparities
+    distances = distance_map(grid, disparities, search.baseline_mm)
+    rows_lower = np.rint(np.arange(grid.rows, dtype=np.float32) - disparities).astype(np.int32)
+    at_border = ~candidates.found | (candidates.at_end & ((rows_lower <= 0) | (rows_lower >= grid.rows - 1)))
+    np.clip(rows_lower, 0, grid.rows - 1, out=rows_lower)
+    rows_lower += (np.arange(len(disparities), dtype=np.int32) * grid.rows)[:, None]
+    mismatch = np.abs(candidates.reverse.ravel()[rows_lower] - np.rint(disparities))
+    near, far = search.distances_mm
+    outcomes = np.zeros(disparities.shape, np.uint8)
+    # The first reason counts, so it is written last.
+    np.putmask(outcomes, mismatch > options.reverse_tolerance, Outcome.REVERSE_CHECK)
+    np.putmask(outcomes, candidates.at_end | (distances < near) | (distances > far), Outcome.OUT_OF_RANGE)
+    np.putmask(outcomes, at_border, Outcome.BORDER)
+    np.putmask(outcomes, _contrast(upper, options.window) < options.least_contrast, Outcome.NO_TEXTURE)
+    np.putmask(outcomes, ~(imaged[0] & imaged[1].ravel()[rows_lower]), Outcome.OUTSIDE_ZONE)
+    dropped = outcomes != Outcome.KEPT
+    np.putmask(disparities, dropped, np.nan)
+    np.putmask(distances, dropped, np.nan)
+    return disparities, distances, outcomes
+
+
+def _contrast(lines: Image, window: int) -> NDArray[np.float32]:
+    """Mean absolute difference of neighbours along the scan line, over the window; the padding is cut off."""
+    differences = cv2.absdiff(lines[:, 1:], lines[:, :-1])
+    # One column is missing: the first is its own neighbour's.
+    differences = cv2.copyMakeBorder(differences, 0, 0, 1, 0, cv2.BORDER_REPLICATE)
+    mean = cv2.boxFilter(differences, cv2.CV_32F, (window, window), borderType=cv2.BORDER_REPLICATE)
+    return np.asarray(mean[AZIMUTH_PADDING:-AZIMUTH_PADDING])
+
+
+def _speckles(disparities: NDArray[np.float32], options: MatchingOptions) -> NDArray[np.bool_]:
+    """Pixels of small islands; an island across the seam of the panorama counts as one."""
+    margin = min(options.speckle_size, len(disparities))
+    sixteenths = np.nan_to_num(disparities * np.float32(16.0), nan=_DROPPED).astype(np.int16)
+    around = np.concatenate([sixteenths[-margin:], sixteenths, sixteenths[:margin]])
+    cv2.filterSpeckles(around, _DROPPED, options.speckle_size, options.speckle_difference * 16.0)
+    return np.asarray((around[margin:-margin] == _DROPPED) & (sixteenths != _DROPPED))
+
+
+def _drop(matches: Matches, where: NDArray[np.bool_], reason: Outcome) -> None:
+    np.putmask(matches.outcomes, where, reason)
+    np.putmask(matches.disparities, where, np.nan)
+    np.putmask(matches.distances_mm, where, np.nan)

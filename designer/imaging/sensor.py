@@ -1,0 +1,127 @@
+"""A finished design as a stereo sensor: tables built once, then raw images to panoramas, matches and points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from designer.design import Design
+from designer.evaluate.resolution import VIEW_NAMES, ViewName
+from designer.imaging.camera import ImagePlacement, ViewImage
+from designer.imaging.equalisation import (
+    Equaliser,
+    build_equaliser,
+    equalised_scan_lines,
+    factors_of_rows,
+    reference_sigma_px,
+)
+from designer.imaging.matching import DEFAULT_OPTIONS, Matches, MatchingOptions, SearchRange, match, search_range
+from designer.imaging.panorama import (
+    DEFAULT_COLUMNS,
+    Image,
+    LookUp,
+    PanoramaGrid,
+    Sampling,
+    look_up,
+    panorama_grid,
+    panorama_of,
+    scan_lines,
+    view_images,
+)
+from designer.imaging.reconstruction import PointCloud, reconstruct
+
+# How far beyond the working volume, as a factor of distance, a match is still believed.
+RANGE_MARGIN = 1.1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sensor:
+    """Everything about a design that processing an image needs, built once by :func:`build_sensor`.
+
+    ``equalisers`` is None for plain bilinear sampling; ``sigma_px`` is then None too.
+    """
+
+    design: Design
+    grid: PanoramaGrid
+    images: dict[ViewName, ViewImage]
+    tables: dict[ViewName, LookUp]
+    search: SearchRange
+    equalisers: dict[ViewName, Equaliser] | None
+    sigma_px: float | None
+
+
+def build_sensor(
+    design: Design,
+    sampling: Sampling = "spherical",
+    columns: int = DEFAULT_COLUMNS,
+    elevation_deg: tuple[float, float] | None = None,
+    placement: ImagePlacement | None = None,
+    distances_mm: tuple[float, float] | None = None,
+    equalise: bool = False,
+    sigma_px: float | None = None,
+    reference_distance_mm: float | None = None,
+) -> Sensor:
+    """Build the tables of a design.
+
+    Parameters
+    ----------
+    sampling, columns, elevation_deg
+        The panoramas' grid: see :func:`designer.imaging.panorama.panorama_grid`.
+    placement
+        How the real camera's image lies; as designed by default.
+    distances_mm
+        Nearest and farthest distance to look for; the working volume's, with a tenth more at either end, by default.
+    equalise
+        Whether to equalise the resolution of the two views (equation (10)).
+    sigma_px, reference_distance_mm
+        The reference sigma (raw pixels) and the distance at which the two views are compared for equalisation. By
+        default the least sigma without aliasing, and the middle of the working volume in disparity; infinity
+        compares equal elevations, as the paper does.
+    """
+    near, far = design.working_volume.distance_mm
+    grid = panorama_grid(design, sampling, columns, elevation_deg)
+    images = view_images(design, placement)
+    search = search_range(grid, design.baseline_mm, distances_mm or (near / RANGE_MARGIN, far * RANGE_MARGIN))
+    equalisers = None
+    if equalise:
+        inner: ViewName = "upper" if design.views.upper.zone == "inner" else "lower"
+        factors = factors_of_rows(grid, images, inner, reference_distance_mm or 2.0 / (1.0 / near + 1.0 / far))
+        sigma_px = sigma_px or reference_sigma_px(grid, images, factors)
+        equalisers = {view: build_equaliser(grid, images[view], view, factors[view], sigma_px) for view in VIEW_NAMES}
+    tables = {view: look_up(grid, images[view], view) for view in VIEW_NAMES}
+    return Sensor(design, grid, images, tables, search, equalisers, sigma_px if equalise else None)
+
+
+def sample(sensor: Sensor, raw: Image) -> dict[ViewName, Image]:
+    """Scan lines of both views of a grey or colour raw image, equalised if the sensor is built so."""
+    if sensor.equalisers is None:
+        return {view: scan_lines(raw, table) for view, table in sensor.tables.items()}
+    equalisers = sensor.equalisers
+    if raw.ndim == 2:
+        return {view: equalised_scan_lines(raw, equaliser) for view, equaliser in equalisers.items()}
+    channels = [np.ascontiguousarray(raw[..., channel]) for channel in range(raw.shape[-1])]
+    return {
+        view: np.stack([equalised_scan_lines(channel, equaliser) for channel in channels], axis=-1)
+        for view, equaliser in equalisers.items()
+    }
+
+
+def panoramas(sensor: Sensor, raw: Image) -> dict[ViewName, Image]:
+    """Both panoramas, (rows, columns[, 3]), of a raw image."""
+    return {view: panorama_of(lines) for view, lines in sample(sensor, raw).items()}
+
+
+def match_image(sensor: Sensor, raw: Image, options: MatchingOptions = DEFAULT_OPTIONS) -> Matches:
+    """Disparities, distances and outcomes of a raw image; colour is matched in grey."""
+    grey = raw if raw.ndim == 2 else np.asarray(cv2.cvtColor(raw, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+    lines = sample(sensor, grey)
+    imaged = (sensor.tables["upper"].imaged, sensor.tables["lower"].imaged)
+    return match(sensor.grid, sensor.search, lines["upper"], lines["lower"], imaged, options)
+
+
+def point_cloud(sensor: Sensor, raw: Image, matches: Matches, noise_px: float | None = None) -> PointCloud:
+    """The point cloud of matches, coloured by the upper panorama of the raw image."""
+    colours = panorama_of(scan_lines(raw, sensor.tables["upper"]))
+    return reconstruct(sensor.design, sensor.grid, matches.disparities, colours, noise_px)
