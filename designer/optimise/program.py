@@ -19,6 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.optics.clearance import (
+    LegRows,
+    Pairs,
+    SolidRows,
     leg_rows,
     leg_separation,
     pair_up,
@@ -86,13 +89,27 @@ class Menu:
         """The menu with one more choice."""
         return Menu(_extended(self.legs, choice.legs), _extended(self.solids, choice.solids))
 
+    @property
+    def groups(self) -> tuple[tuple[tuple[int, tuple[int, ...]], ...], tuple[tuple[int, tuple[int, ...]], ...]]:
+        """For legs and for solids: each direction with the rows of the pairs that may choose it, in a fixed order."""
+        return _grouped(self.legs), _grouped(self.solids)
+
     def weights(self, choice: Separators) -> list[float]:
-        """One for each direction chosen, zero for the others, in the order of the program's expressions."""
+        """One for each direction chosen, zero for the others, in the order of ``groups``."""
         return [
-            float(direction == chosen)
-            for chosen, directions in zip((*choice.legs, *choice.solids), (*self.legs, *self.solids), strict=True)
-            for direction in directions
+            float(chosen[row] == direction)
+            for chosen, groups in zip((choice.legs, choice.solids), self.groups, strict=True)
+            for direction, rows in groups
+            for row in rows
         ]
+
+
+def _grouped(menu: tuple[tuple[int, ...], ...]) -> tuple[tuple[int, tuple[int, ...]], ...]:
+    members = defaultdict(list)
+    for row, directions in enumerate(menu):
+        for direction in directions:
+            members[direction].append(row)
+    return tuple((direction, tuple(rows)) for direction, rows in sorted(members.items()))
 
 
 def _union(choices: Sequence[tuple[int, ...]]) -> tuple[tuple[int, ...], ...]:
@@ -132,33 +149,56 @@ class Program:
     rows: int
 
 
-@lru_cache(maxsize=512)
-def build_program(variant: Variant, fixed: tuple[tuple[str, float], ...], menu: Menu) -> Program:
-    """Build the program of a variant for one menu of separators."""
+@dataclass(frozen=True, slots=True)
+class _Symbols:
+    """A variant put together from symbols, whatever the menu."""
+
+    scaled: Any
+    rules: Rules
+    parameters: Any
+    weights: Any
+    scales: Any
+    assembly: Assembly
+    pairs: Pairs
+    legs: LegRows
+    solids: SolidRows
+
+
+@lru_cache(maxsize=128)
+def _build_symbols(variant: Variant, fixed: tuple[tuple[str, float], ...]) -> _Symbols:
     scaled = casadi.SX.sym("scaled", len(VARIABLES))
-    slack = casadi.SX.sym("slack")
     numbers = casadi.SX.sym("rules", len(RULE_NAMES))
     low, high = casadi.SX.sym("low", len(VARIABLES)), casadi.SX.sym("high", len(VARIABLES))
     weights, scales = casadi.SX.sym("weights", len(GOALS) + 1), casadi.SX.sym("scales", len(GOALS))
-
     rules = Rules(*(numbers[i] for i in range(len(RULE_NAMES))))
     values = {
         name: physical(variant, name, scaled[i], low[i], high[i], _is_logarithmic(variant, name))
         for i, name in enumerate(VARIABLES)
     }
     assembly = assemble(variant, values, rules, dict(fixed))
+    parameters = casadi.vertcat(numbers, low, high, weights, scales)
+    pairs = pair_up(assembly.layout)
+    legs, solids = leg_rows(assembly.layout.legs), solid_rows(assembly.layout.solids)
+    return _Symbols(scaled, rules, parameters, weights, scales, assembly, pairs, legs, solids)
+
+
+@lru_cache(maxsize=512)
+def build_program(variant: Variant, fixed: tuple[tuple[str, float], ...], menu: Menu) -> Program:
+    """Build the program of a variant for one menu of separators."""
+    symbols = _build_symbols(variant, fixed)
+    assembly = symbols.assembly
+    slack = casadi.SX.sym("slack")
     equal = np.array([constraint.equality for constraint in assembly.constraints])
     residuals = casadi.vertcat(*(constraint.value / constraint.scale for constraint in assembly.constraints))
     chosen = casadi.SX.sym("chosen", sum(map(len, (*menu.legs, *menu.solids))))
-    clear = _clearance_rows(assembly, menu, chosen, rules.clearance)
-    goals = casadi.vertcat(assembly.depth_error, assembly.height, assembly.diameter, assembly.volume) / scales
+    clear = _clearance_rows(symbols, menu, chosen)
+    goals = casadi.vertcat(assembly.depth_error, assembly.height, assembly.diameter, assembly.volume) / symbols.scales
     twins = residuals[np.flatnonzero(equal).tolist()] - slack if equal.any() else casadi.SX(0, 1)
     constraints = casadi.vertcat(residuals + slack, clear + slack, twins, goals)
-    objective = casadi.dot(weights, casadi.vertcat(goals, slack))
     problem = {
-        "x": casadi.vertcat(scaled, slack),
-        "p": casadi.vertcat(numbers, low, high, weights, scales, chosen),
-        "f": objective,
+        "x": casadi.vertcat(symbols.scaled, slack),
+        "p": casadi.vertcat(symbols.parameters, chosen),
+        "f": casadi.dot(symbols.weights, casadi.vertcat(goals, slack)),
         "g": constraints,
     }
     solver = casadi.nlpsol("program", "ipopt", problem, IPOPT_OPTIONS)
@@ -166,43 +206,38 @@ def build_program(variant: Variant, fixed: tuple[tuple[str, float], ...], menu: 
     return Program(solver, equalities, constraints.shape[0])
 
 
-def _clearance_rows(assembly: Assembly, menu: Menu, chosen: Any, clearance: Any) -> Any:
+def _clearance_rows(symbols: _Symbols, menu: Menu, chosen: Any) -> Any:
     """What every pair on the menu has to spare along its chosen direction, as a column; one if none is chosen."""
-    layout = assembly.layout
-    pairs = pair_up(layout)
-    legs, solids = leg_rows(layout.legs), solid_rows(layout.solids)
-    separations = [
-        *_by_pair(pairs.leg_solid, menu.legs, legs, solids, leg_separation),
-        *_by_pair(pairs.solid_solid, menu.solids, solids, solids, solid_separation),
-    ]
-    rows, first = [], 0
-    for of_pair in separations:
-        weights = [chosen[first + i] for i in range(len(of_pair))]
-        first += len(of_pair)
-        if of_pair:
-            # A plain product would turn a direction that is undefined here and not chosen into a NaN.
-            spare = sum(
-                casadi.if_else(weight, one - clearance, 0.0) for weight, one in zip(weights, of_pair, strict=True)
-            )
-            rows.append(spare + 1.0 - sum(weights))
-    return casadi.vertcat(*rows) if rows else casadi.SX(0, 1)
+    pairs, legs, solids = symbols.pairs, symbols.legs, symbols.solids
+    clearance = symbols.rules.clearance
+    of_legs, of_solids = menu.groups
+    count = sum(len(rows) for _, rows in of_legs)
+    light = _chosen_rows(pairs.leg_solid, of_legs, legs, solids, leg_separation, chosen[:count], clearance)
+    bodies = _chosen_rows(pairs.solid_solid, of_solids, solids, solids, solid_separation, chosen[count:], clearance)
+    near = [bool(directions) for directions in (*menu.legs, *menu.solids)]
+    return casadi.vertcat(light, bodies)[np.flatnonzero(near).tolist()]
 
 
-def _by_pair(
-    pairs: Sequence[tuple[int, int]], menu: Sequence[tuple[int, ...]], first: Any, second: Any, separation: Any
-) -> list[list[Any]]:
-    """Separations of each pair along the directions of its menu, built direction by direction as vectors."""
-    members = defaultdict(list)
-    for row, directions in enumerate(menu):
-        for direction in directions:
-            members[direction].append(row)
-    built: dict[tuple[int, int], Any] = {}
-    for direction, rows in members.items():
+def _chosen_rows(
+    pairs: Sequence[tuple[int, int]],
+    groups: tuple[tuple[int, tuple[int, ...]], ...],
+    first: Any,
+    second: Any,
+    separation: Any,
+    chosen: Any,
+    clearance: Any,
+) -> Any:
+    """One row for each pair, built direction by direction as vectors."""
+    spare, begin = casadi.SX.ones(len(pairs), 1), 0
+    for direction, rows in groups:
+        weights = chosen[begin : begin + len(rows)]
+        begin += len(rows)
         one = first.take([pairs[row][0] for row in rows])
         other = second.take([pairs[row][1] for row in rows])
-        column = separation(one, other, direction)
-        built |= {(row, direction): column[i] for i, row in enumerate(rows)}
-    return [[built[row, direction] for direction in directions] for row, directions in enumerate(menu)]
+        along = separation(one, other, direction) - clearance
+        # A plain product would turn a direction that is undefined here and not chosen into a NaN.
+        spare[list(rows)] += casadi.if_else(weights, along, 0.0) - weights
+    return spare
 
 
 def solve(
