@@ -13,6 +13,7 @@ import click
 from designer.cli.designs import evaluate, trace
 from designer.cli.listing import configurations
 from designer.cli.requirement import init
+from designer.cli.stereo import stereo
 from designer.cli.study import report, study
 from designer.files import InputError
 
@@ -48,7 +49,7 @@ def cli() -> None:
     """Design single-camera catadioptric stereo systems: 44 configurations, optimised, traced, ranked."""
 
 
-for command in (study, configurations, trace, evaluate, init, report):
+for command in (study, configurations, trace, evaluate, init, report, stereo):
     cli.add_command(command)
 
 

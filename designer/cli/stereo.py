@@ -1,0 +1,93 @@
+"""``designer stereo``: from a camera's raw image to panoramas, disparities, depths and a point cloud."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from designer.files import InputError
+
+if TYPE_CHECKING:
+    from designer.design import Design
+    from designer.imaging.camera import ImagePlacement
+
+Pair = tuple[float, float]
+
+
+@click.command()
+@click.argument("design", type=click.Path(path_type=Path))
+@click.argument("raw", type=click.Path(path_type=Path))
+@click.option("-o", "--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
+@click.option("--center", type=(float, float), metavar="U V", help="Pixel that the mirrors' axis hits.")
+@click.option("--rotation-deg", type=float, default=0.0, help="Turn of the image, from +u towards +v.")
+@click.option("--scale", type=float, default=1.0, help="Magnification of the image against the design.")
+@click.option("--sampling", type=click.Choice(["spherical", "cylindrical"]), default="spherical", show_default=True)
+@click.option("--columns", type=click.IntRange(90, 20000), default=1800, show_default=True, help="Panorama width.")
+@click.option("--elevation-deg", type=(float, float), metavar="LOW HIGH", help="Both panoramas' elevations.")
+@click.option("--distance-mm", type=(float, float), metavar="NEAR FAR", help="Distances to look for.")
+@click.option("--matcher", type=click.Choice(["sad", "semi-global"]), default="sad", show_default=True)
+@click.option("--window", type=click.IntRange(3, 15), default=9, show_default=True, help="Side of the window, odd.")
+@click.option("--equalise/--no-equalise", default=True, help="Equalise the two views' resolution.  [default: on]")
+@click.option("--noise-px", type=float, help="Noise of an image point, for the uncertainties.")
+@click.option("--slab-mm", type=(float, float), metavar="LOW HIGH", help="Heights z of the floor plan.")
+def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
+    """Reconstruct what RAW, an image of the camera of DESIGN.json, shows."""
+    from designer.design import read_design
+
+    _check(asked)
+    record = read_design(design)
+    from designer.imaging.files import read_raw_image
+    from designer.imaging.results import StereoRequest, process, write_results
+
+    image = read_raw_image(raw, record.camera)
+    request = StereoRequest(
+        placement=_placement(record, asked),
+        sampling=asked["sampling"],
+        columns=asked["columns"],
+        elevation_deg=asked["elevation_deg"],
+        distances_mm=asked["distance_mm"],
+        matcher=asked["matcher"].replace("-", "_"),
+        window=asked["window"],
+        equalise=asked["equalise"],
+        noise_px=asked["noise_px"],
+        slab_mm=asked["slab_mm"],
+    )
+    result = process(record, image, request)
+    summary = write_results(result, request, out, {"design": design, "raw": raw})
+    kept = summary["outcomes"]["kept"]
+    click.echo(f"{summary['points']} points ({100 * kept:.1f} % of the panorama), in {out}")
+    dropped = {name: part for name, part in summary["outcomes"].items() if name != "kept" and part > 0}
+    reasons = ", ".join(f"{name.replace('_', ' ')} {100 * part:.1f} %" for name, part in dropped.items())
+    click.echo(f"dropped: {reasons or 'none'}")
+
+
+def _placement(design: Design, asked: dict[str, Any]) -> ImagePlacement:
+    from math import radians
+
+    from designer.imaging.camera import ImagePlacement
+
+    centre = asked["center"] or design.camera.principal_point_px
+    return ImagePlacement(centre, radians(asked["rotation_deg"]), asked["scale"])
+
+
+def _check(asked: dict[str, Any]) -> None:
+    """Raise InputError for options that no image could satisfy."""
+    for name, unit in (("elevation_deg", "degrees"), ("distance_mm", "mm"), ("slab_mm", "mm")):
+        limits = asked[name]
+        if limits and not limits[0] < limits[1]:
+            raise InputError(f"--{name.replace('_', '-')} {limits[0]:g} {limits[1]:g}: the lower limit ({unit}) first")
+    if asked["elevation_deg"] and not -89 <= asked["elevation_deg"][0] < asked["elevation_deg"][1] <= 89:
+        raise InputError("--elevation-deg: between -89 and 89 degrees")
+    if asked["distance_mm"] and not asked["distance_mm"][0] > 0:
+        raise InputError("--distance-mm: distances are positive")
+    if not 0.1 <= asked["scale"] <= 10:
+        raise InputError(f"--scale {asked['scale']:g}: between 0.1 and 10; 1 is as designed")
+    if asked["window"] % 2 == 0:
+        raise InputError(f"--window {asked['window']}: must be odd")
+    if asked["noise_px"] is not None and not asked["noise_px"] > 0:
+        raise InputError(f"--noise-px {asked['noise_px']:g}: must be positive")
+    numbers = [value for item in asked.values() for value in (item if isinstance(item, tuple) else (item,))]
+    if any((isinstance(value, float) and abs(value) == float("inf")) or value != value for value in numbers):
+        raise InputError("options must be finite numbers")

@@ -1,0 +1,121 @@
+"""Raw images in; images, point clouds and arrays out. Every file is written whole or not at all."""
+
+from __future__ import annotations
+
+import io
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from designer.design import Camera
+from designer.files import InputError, write_atomically
+from designer.imaging.panorama import Image
+from designer.imaging.reconstruction import PointCloud
+
+LARGEST_BYTES = 500_000_000
+
+_PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+_JPEG_START, _JPEG_END = b"\xff\xd8", b"\xff\xd9"
+
+
+def read_raw_image(path: Path, camera: Camera) -> Image:
+    """Read a raw image of a design's camera: grey (height, width) or colour (height, width, 3), 8 bits, OpenCV order.
+
+    Deeper images keep their upper 8 bits.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is truncated or damaged, is no image, or has another size than the camera.
+    """
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(LARGEST_BYTES + 1)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    if len(data) > LARGEST_BYTES:
+        raise InputError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB, which no raw image needs")
+    # Decoders fill what is missing of a truncated image with grey, and say nothing.
+    if _is_truncated(data):
+        raise InputError(f"{path}: the image is truncated or damaged; copy it again")
+    decoded = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_ANYCOLOR) if data else None
+    if decoded is None:
+        raise InputError(f"{path}: not an image that can be read (PNG, JPEG, TIFF and BMP can)")
+    height, width = decoded.shape[:2]
+    if (width, height) != (camera.width_px, camera.height_px):
+        raise InputError(
+            f"{path}: {width} x {height} pixels, but the design's camera has {camera.width_px} x {camera.height_px}"
+        )
+    return np.asarray(decoded, dtype=np.uint8)
+
+
+def write_image(path: Path, image: Image | NDArray[np.uint16]) -> None:
+    """Write an image of 8 or 16 bits as PNG; colour in OpenCV's order."""
+    _, encoded = cv2.imencode(".png", image)
+    write_atomically(path, encoded.tobytes())
+
+
+def write_arrays(path: Path, arrays: Mapping[str, NDArray[np.generic]]) -> None:
+    """Write named arrays as a compressed ``.npz`` file."""
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, **arrays)
+    write_atomically(path, buffer.getvalue())
+
+
+def write_ply(path: Path, cloud: PointCloud) -> None:
+    """Write a point cloud as binary PLY: position (mm), colour and standard deviations (mm) of each point."""
+    floats = ["x", "y", "z", "sigma_distance_mm", "sigma_height_mm", "sigma_across_mm"]
+    vertex = np.empty(
+        len(cloud.positions_mm),
+        dtype=[(name, "<f4") for name in floats[:3]]
+        + [(name, "u1") for name in ("red", "green", "blue")]
+        + [(name, "<f4") for name in floats[3:]],
+    )
+    for axis, name in enumerate("xyz"):
+        vertex[name] = cloud.positions_mm[:, axis]
+    for channel, name in enumerate(("red", "green", "blue")):
+        vertex[name] = cloud.colours[:, channel]
+    for name in floats[3:]:
+        vertex[name] = getattr(cloud, name)
+    types = {"<f4": "float", "|u1": "uchar"}
+    names = vertex.dtype.names or ()
+    properties = [f"property {types[vertex.dtype[name].str]} {name}" for name in names]
+    header = [
+        "ply",
+        "format binary_little_endian 1.0",
+        "comment millimetres, origin at the camera's pinhole, z along the optical axis",
+        f"element vertex {len(vertex)}",
+        *properties,
+        "end_header",
+    ]
+    write_atomically(path, "\n".join(header).encode("ascii") + b"\n" + vertex.tobytes())
+
+
+def _is_truncated(data: bytes) -> bool:
+    if data.startswith(_PNG_SIGNATURE):
+        return not _has_whole_png_chunks(data)
+    if data.startswith(_JPEG_START):
+        # Some cameras append metadata, or zeros, to the end of the image.
+        return _JPEG_END not in data[-65536:]
+    return False
+
+
+def _has_whole_png_chunks(data: bytes) -> bool:
+    """Whether every chunk up to the last, IEND, is there and has the checksum that it carries."""
+    position = len(_PNG_SIGNATURE)
+    while position + 12 <= len(data):
+        length = int.from_bytes(data[position : position + 4], "big")
+        end = position + 12 + length
+        if end > len(data):
+            return False
+        kind, checksum = data[position + 4 : position + 8], int.from_bytes(data[end - 4 : end], "big")
+        if zlib.crc32(data[position + 4 : end - 4]) != checksum:
+            return False
+        if kind == b"IEND":
+            return True
+        position = end
+    return False

@@ -1,0 +1,195 @@
+"""Everything that one raw image gives, and the folder that holds it.
+
+The folder: ``upper.png`` and ``lower.png`` (panoramas), ``disparity.png`` (for the eye), ``outcomes.png`` (why pixels
+were dropped, by colour), ``depth.png`` (16 bits), ``stereo.npz`` (the same as numbers), ``points.ply``,
+``floor_plan.png`` and ``summary.json``, written last.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import sys
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from designer import __version__
+from designer.design import Design
+from designer.files import write_atomically
+from designer.imaging.camera import ImagePlacement
+from designer.imaging.cloud import FloorPlan, floor_plan
+from designer.imaging.files import write_arrays, write_image, write_ply
+from designer.imaging.matching import Matcher, Matches, MatchingOptions, Outcome
+from designer.imaging.panorama import DEFAULT_COLUMNS, Image, Sampling
+from designer.imaging.reconstruction import PointCloud, reconstruct
+from designer.imaging.sensor import Sensor, build_sensor, match_image, panoramas
+
+# Blue, green, red of each outcome in outcomes.png; kept pixels are white. Legible to the colour-blind.
+OUTCOME_COLOURS = {
+    Outcome.KEPT: (255, 255, 255),
+    Outcome.OUTSIDE_ZONE: (0, 0, 0),
+    Outcome.NO_TEXTURE: (153, 153, 153),
+    Outcome.BORDER: (66, 228, 240),
+    Outcome.OUT_OF_RANGE: (0, 159, 230),
+    Outcome.REVERSE_CHECK: (0, 94, 213),
+    Outcome.SPECKLE: (178, 114, 0),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class StereoRequest:
+    """What was asked of one raw image; see :func:`designer.imaging.sensor.build_sensor` and the matching options."""
+
+    placement: ImagePlacement | None = None
+    sampling: Sampling = "spherical"
+    columns: int = DEFAULT_COLUMNS
+    elevation_deg: tuple[float, float] | None = None
+    distances_mm: tuple[float, float] | None = None
+    matcher: Matcher = "sad"
+    window: int = 9
+    equalise: bool = True
+    noise_px: float | None = None
+    slab_mm: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StereoResult:
+    """What one raw image gave."""
+
+    sensor: Sensor
+    upper: Image
+    lower: Image
+    matches: Matches
+    cloud: PointCloud
+    plan: FloorPlan
+
+
+def process(design: Design, raw: Image, request: StereoRequest) -> StereoResult:
+    """Take one raw image all the way to a point cloud and a floor plan."""
+    sensor = build_sensor(
+        design,
+        sampling=request.sampling,
+        columns=request.columns,
+        elevation_deg=request.elevation_deg,
+        placement=request.placement,
+        distances_mm=request.distances_mm,
+        equalise=request.equalise,
+    )
+    matches = match_image(sensor, raw, MatchingOptions(matcher=request.matcher, window=request.window))
+    pair = panoramas(sensor, raw)
+    cloud = reconstruct(design, sensor.grid, matches.disparities, pair["upper"], request.noise_px)
+    plan = floor_plan(cloud, request.slab_mm or _heights_at_every_distance(design), sensor.search.distances_mm[1])
+    return StereoResult(sensor, pair["upper"], pair["lower"], matches, cloud, plan)
+
+
+def write_results(
+    result: StereoResult, request: StereoRequest, folder: Path, inputs: Mapping[str, Path]
+) -> dict[str, Any]:
+    """Write the folder of results and return its summary. ``inputs`` are the files that it was made from."""
+    folder.mkdir(parents=True, exist_ok=True)
+    unit_mm = _depth_unit_mm(result.sensor.search.distances_mm[1])
+    write_image(folder / "upper.png", result.upper)
+    write_image(folder / "lower.png", result.lower)
+    write_image(folder / "disparity.png", disparity_picture(result.matches))
+    write_image(folder / "outcomes.png", outcome_picture(result.matches))
+    write_image(folder / "depth.png", _depth_picture(result.matches, unit_mm))
+    write_image(folder / "floor_plan.png", result.plan.picture())
+    write_ply(folder / "points.ply", result.cloud)
+    grid = result.sensor.grid
+    rows = np.arange(grid.rows)
+    write_arrays(
+        folder / "stereo.npz",
+        {
+            "disparity": result.matches.disparities.T,
+            "distance_mm": result.matches.distances_mm.T,
+            "outcome": result.matches.outcomes.T,
+            "azimuth_deg": np.degrees(grid.azimuth(np.arange(grid.columns))),
+            "elevation_upper_deg": np.degrees(np.arctan(grid.slope("upper", rows))),
+            "elevation_lower_deg": np.degrees(np.arctan(grid.slope("lower", rows))),
+        },
+    )
+    summary = _summary(result, request, inputs, unit_mm)
+    write_atomically(folder / "summary.json", json.dumps(summary, indent=2, allow_nan=False) + "\n")
+    return summary
+
+
+def disparity_picture(matches: Matches) -> Image:
+    """Disparities as grey, (rows, columns): near is bright, dropped is black."""
+    known = np.isfinite(matches.disparities)
+    if not known.any():
+        return np.zeros(matches.disparities.T.shape, np.uint8)
+    low, high = np.percentile(matches.disparities[known], (0.5, 99.5))
+    grey = 40.0 + 215.0 * np.clip((matches.disparities - low) / max(float(high - low), 1e-6), 0.0, 1.0)
+    return np.where(known, np.nan_to_num(np.rint(grey)), 0).astype(np.uint8).T
+
+
+def outcome_picture(matches: Matches) -> Image:
+    """What became of each pixel, by colour, (rows, columns, 3) in OpenCV's order."""
+    palette = np.array([OUTCOME_COLOURS[outcome] for outcome in Outcome], np.uint8)
+    return np.asarray(palette[matches.outcomes.T])
+
+
+def _depth_picture(matches: Matches, unit_mm: float) -> NDArray[np.uint16]:
+    """Distances in whole units, (rows, columns); 0 where dropped."""
+    return np.asarray(np.rint(np.nan_to_num(matches.distances_mm.T / unit_mm)), dtype=np.uint16)
+
+
+def _depth_unit_mm(far_mm: float) -> float:
+    """The smallest of ... 0.01, 0.1, 1, 10 ... mm with which the farthest distance fits into 16 bits."""
+    return float(10.0 ** np.ceil(np.log10(far_mm / 65535.0)))
+
+
+def _heights_at_every_distance(design: Design) -> tuple[float, float]:
+    """Heights z that the working volume holds at all its distances, or at the nearest if it is all above or below."""
+    low, high = (float(np.tan(np.radians(angle))) for angle in design.working_volume.elevation_deg)
+    near, far = design.working_volume.distance_mm
+    middle = (design.views.upper.viewpoint_mm + design.views.lower.viewpoint_mm) / 2.0
+    bottom, top = max(low * near, low * far), min(high * near, high * far)
+    if bottom >= top:
+        bottom, top = low * near, high * near
+    return middle + bottom, middle + top
+
+
+def _summary(
+    result: StereoResult, request: StereoRequest, inputs: Mapping[str, Path], unit_mm: float
+) -> dict[str, Any]:
+    cloud, grid = result.cloud, result.sensor.grid
+    relative = cloud.sigma_distance_mm / np.hypot(*cloud.positions_mm[:, :2].T)
+    known = len(relative) > 0
+    return {
+        "configuration": result.sensor.design.configuration,
+        "points": len(cloud.positions_mm),
+        "outcomes": result.matches.fractions,
+        "median_distance_mm": float(np.nanmedian(result.matches.distances_mm)) if known else None,
+        "median_relative_sigma_distance": float(np.median(relative)) if known else None,
+        "depth_png_unit_mm": unit_mm,
+        "distances_mm": list(result.sensor.search.distances_mm),
+        "floor_plan": {"heights_mm": list(result.plan.heights_mm), "extent_mm": result.plan.extent_mm},
+        "panorama": {"rows": grid.rows, "columns": grid.columns, "sampling": grid.sampling},
+        "equalisation_sigma_px": result.sensor.sigma_px,
+        "request": asdict(request),
+        "provenance": {
+            "designer": __version__,
+            "versions": {
+                "python": platform.python_version(),
+                "numpy": np.__version__,
+                "scipy": version("scipy"),
+                "opencv": cv2.__version__,
+            },
+            "inputs": {
+                name: {"file": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
+                for name, path in inputs.items()
+            },
+            "command": " ".join(["designer", *sys.argv[1:]]),
+            "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+        },
+    }
