@@ -1,0 +1,179 @@
+"""Clearances against brute force: extents against sampled points, separations against the tracer's verdict."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from shipped_problems import (
+    VARIANTS,
+    at,
+    design_record,
+    is_coherent,
+    problem_of,
+    put_together,
+    random_designs,
+    shipped_requirement,
+    variant_name,
+)
+
+from designer.design import Design
+from designer.optics.clearance import FaceRows, SolidRows, pair_up, separations
+from designer.optics.conic import FocalConic
+from designer.optics.layout import Layout
+from designer.verify.solids import contact_problems
+from designer.verify.surfaces import build_scene
+from designer.verify.tracer import Status, compare_with_path, pinhole_directions, trace_first_hits
+from designer.verify.verdict import judge
+
+angles = st.floats(-3.2, 3.2)
+# Within this of zero, sampled rays and exact separations need not agree.
+BAND_MM = 0.02
+RAYS = 301
+
+
+@given(
+    st.one_of(st.floats(1.01, 40.0), st.just(1.0), st.floats(-40.0, 0.99)),
+    st.floats(10.0, 150.0),
+    st.sampled_from([-1.0, 1.0]),
+    st.floats(0.0, 0.9),
+    st.floats(0.05, 0.95),
+    angles,
+)
+def test_extents_are_the_largest_over_the_whole_face(inverse_gain, distance, side, start, share, angle):
+    conic = FocalConic(0.0, distance, inverse_gain)
+    limit = 0.97 * min(1.0, abs(inverse_gain) ** -0.5 if inverse_gain else 1.0)
+    tangents = limit * np.array([start * share, share])
+    inner, outer = (conic.point(tangent)[0] for tangent in tangents)
+    face = FaceRows(conic.surface, np.array([[inner]]), np.array([[outer]]), np.array([[side]]))
+    direction = (np.cos(angle), np.sin(angle))
+    radii = np.linspace(inner, outer, 20001)
+    along = direction[0] * side * radii + direction[1] * conic.surface.height(radii)
+    extent = float(face.extent(direction)[0, 0])
+    assert extent >= along.max() - 1e-9
+    assert extent == pytest.approx(along.max(), abs=1e-4)
+    solid = SolidRows(face, np.array([[2.0]]))
+    assert float(solid.extent(direction)[0, 0]) == pytest.approx(extent + max(2.0 * direction[1], 0.0), abs=1e-12)
+
+
+def blocked_pairs(design: Design) -> set[tuple[str, int, str, int]]:
+    """What the tracer finds in the way of asked light: view, mirrors met before, solid, and its side of the axis."""
+    scene = build_scene(design)
+    found = set()
+    for name, view in (("upper", design.views.upper), ("lower", design.views.lower)):
+        sign = 1.0 if view.sense == "direct" else -1.0
+        elevations = np.radians(np.linspace(*view.elevation_deg, RAYS))
+        psi = 2.0 * np.arctan(view.gain * np.tan(np.pi / 4 + sign * elevations / 2))
+        trace = trace_first_hits(scene, pinhole_directions(psi))
+        report = compare_with_path(trace, scene.path(view.path))
+        for ray in np.flatnonzero(report.status == Status.BLOCKED):
+            leg, element = int(report.leg[ray]), scene.elements[report.element[ray]]
+            met_mirror = trace.sequence[ray, leg] >= 0
+            place = trace.hits[ray, leg] if met_mirror else trace.blocked_at[ray]
+            solid = element.split(" of ")[-1].replace("lens barrel", "lens").replace("camera body", "body")
+            side = 1 if solid in {"lens", "body"} else int(np.sign(place[0]))
+            found.add((name, leg, solid, side))
+    return found
+
+
+def clearances(layout: Layout) -> tuple[dict[tuple[str, int, str, int], float], dict[frozenset[str], float]]:
+    """Best separation of one design by view, mirrors met before, solid and side; and of solids by their names.
+
+    A leg that crosses the axis is split there: the lesser of its two parts counts.
+    """
+    pairs = pair_up(layout)
+    light, bodies = separations(layout, pairs)
+    best = light.max(axis=0)[:, 0]
+    legs: dict[tuple[str, int, str, int], float] = {}
+    before = {"upper": -1, "lower": -1}
+    met: dict[int, int] = {}
+    for index, leg in enumerate(layout.legs):
+        if "focus" not in leg.name.split(" -> ")[0]:
+            before[leg.view] += 1
+        met[index] = before[leg.view]
+    for (leg_index, solid_index), separation in zip(pairs.leg_solid, best, strict=True):
+        solid = pairs.solids[solid_index]
+        key = (pairs.legs[leg_index].view, met[leg_index], solid.name, solid.side)
+        legs[key] = min(legs.get(key, np.inf), float(separation))
+    solids = {
+        frozenset({pairs.solids[first].name, pairs.solids[second].name}): float(separation)
+        for (first, second), separation in zip(pairs.solid_solid, bodies.max(axis=0)[:, 0], strict=True)
+    }
+    return legs, solids
+
+
+def touching(design: Design) -> set[frozenset[str]]:
+    """The pairs of solids that the tracer's sections find in contact."""
+    found = set()
+    for problem in contact_problems(design):
+        words = problem.replace("lens barrel", "lens").replace("camera body", "body").split()
+        found.add(frozenset({words[0], words[2]}))
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["pipe_inspection", "ceiling_watch"])
+def test_separations_agree_with_the_tracer(name, record_property):
+    requirement = shipped_requirement(name)
+    count: Counter[str] = Counter()
+    for variant in VARIANTS:
+        problem = problem_of(requirement, variant)
+        values = random_designs(problem, 2500, seed=7)
+        reach = problem.rules.reach_radius
+        sound = is_coherent(put_together(problem, values)) & (values["radius"] < reach)
+        for index in np.flatnonzero(sound)[:6]:
+            one = at(values, index)
+            design = design_record(requirement, problem, one)
+            legs, solids = clearances(put_together(problem, one).layout)
+            blocked, contacts = blocked_pairs(design), touching(design)
+            where = f"{variant_name(variant)}, draw {index}"
+            # Never the dangerous kind: whatever the tracer finds in the way is a pair, and not called apart.
+            for pair in blocked:
+                assert pair in legs, f"{where}: nobody looks at {pair}"
+                assert legs[pair] < BAND_MM, f"{where}: {pair} is called {legs[pair]:.3g} mm apart"
+            for pair in contacts:
+                assert solids[pair] < BAND_MM, f"{where}: {pair} are called {solids[pair]:.3g} mm apart"
+            count["pairs"] += len(legs) + len(solids)
+            count["blocked"] += len(blocked) + len(contacts)
+            count["apart"] += sum(value > BAND_MM for value in (*legs.values(), *solids.values()))
+            called = {pair for pair, value in legs.items() if value < -BAND_MM}
+            hindered = {view for view, *_ in blocked}
+            count["conservative light"] += sum(view not in hindered for view, *_ in called)
+            count["conservative solids"] += sum(
+                value < -BAND_MM for key, value in solids.items() if key not in contacts
+            )
+    for key, number in count.items():
+        record_property(key, number)
+    # The other kind costs at most a good design: pairs called overlapping that are apart.
+    conservative = count["conservative light"] + count["conservative solids"]
+    assert count["blocked"] > 100
+    assert conservative < 0.01 * count["blocked"]
+
+
+@pytest.mark.slow
+def test_designs_called_clear_pass_the_tracer():
+    """Nothing but image zones and the cone at the lens, which are not clearances, may be wrong with them."""
+    judged = 0
+    for name in ("indoor_robot", "sky_watch"):
+        requirement = shipped_requirement(name)
+        for variant in VARIANTS:
+            problem = problem_of(requirement, variant)
+            values = random_designs(problem, 2000, seed=11)
+            assembly = put_together(problem, values)
+            sound = np.flatnonzero(is_coherent(assembly) & (values["radius"] < problem.rules.reach_radius))
+            if not sound.size:
+                continue
+            kept = {key: value[sound] for key, value in values.items()}
+            layout = put_together(problem, kept).layout
+            light, bodies = separations(layout, pair_up(layout))
+            least = np.minimum(light.max(axis=0).min(axis=0), bodies.max(axis=0).min(axis=0))
+            for index in np.flatnonzero(least > BAND_MM)[:3]:
+                verdict = judge(design_record(requirement, problem, at(kept, index)))
+                others = ("image circle", "image zone", "barrel cuts", "in the image", "its zone is called")
+                wrong = [text for text in verdict.problems if not any(word in text for word in others)]
+                assert wrong == [], f"{name} {variant_name(variant)}"
+                judged += 1
+    assert judged > 60
