@@ -145,17 +145,40 @@ def draw(problem: Problem, count: int, random: np.random.Generator) -> dict[str,
 
 
 def screen(problem: Problem, starts: int, random: np.random.Generator) -> Array:
-    """The most promising of many random designs, best first and apart from one another: shape (variables, kept)."""
+    """The most promising of many random designs, apart from one another: shape (variables, kept).
+
+    Arrangements of the mirrors take turns: each holds about one optimum, and the one whose random designs violate
+    least need not hold the best.
+    """
     with np.errstate(all="ignore"):
         values = draw(problem, DESIGNS_PER_START * starts, random)
         values, assembly = assemble_enclosed(problem, values)
         merit = constraint_violations(assembly).max(axis=0)
-        kept = np.argsort(merit, kind="stable")[: CLEARANCES_PER_START * starts]
+        kept = _in_turns(merit, arrangements(assembly, problem.rules.lens_front))[: CLEARANCES_PER_START * starts]
         values = {name: np.broadcast_to(value, merit.shape)[kept] for name, value in values.items()}
         values, assembly = assemble_enclosed(problem, values)
         violation = check(problem, assembly).largest_violations
-        order = np.argsort(violation, kind="stable")
+        order = _in_turns(violation, arrangements(assembly, problem.rules.lens_front))
     return _apart(scaled_values(problem, values)[:, order], starts)
+
+
+def arrangements(assembly: Assembly, lens_front: float) -> NDArray[np.intp]:
+    """A number for each design that tells the orders in which mirrors and lens front follow along the axis."""
+    heights = [mirror.rim_heights[0] for mirror in assembly.layout.mirrors]
+    if len(heights) == 3:
+        secondary, primary, direct = heights
+        return np.asarray((direct > secondary) + 2 * (primary > lens_front))
+    return np.asarray(heights[1] > heights[0]).astype(np.intp)
+
+
+def _in_turns(merit: Array, groups: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Indices such that groups take turns, each with its members in the order of their merit, smallest first."""
+    order = np.argsort(merit, kind="stable")
+    place = np.empty(len(merit), dtype=np.intp)
+    for group in np.unique(groups):
+        members = order[groups[order] == group]
+        place[members] = np.arange(len(members))
+    return np.lexsort((merit, place))
 
 
 def _apart(scaled: Array, count: int) -> Array:
