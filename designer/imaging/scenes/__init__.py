@@ -1,0 +1,1 @@
+"""Worlds that a sensor looks at, with exact ground truth: analytic shapes, textured, and how rays meet them."""

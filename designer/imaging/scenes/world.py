@@ -1,0 +1,97 @@
+"""A world: shapes with tones and one texture, the first surface on each ray, and what it looks like.
+
+Frame: the design's, millimetres; rays are (3, n). Radiance is between 0 and 1 and the same in all directions, as a
+matt surface has it under light from everywhere, so that both views of a point record the same brightness.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from designer.imaging.scenes.shapes import Coloured, Shape
+from designer.imaging.textures import Floats, Texture, texture_values
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+# Surfaces that face the lamp are this much brighter than those that face away.
+LAMP = np.array([0.30, 0.42, 0.86])
+LAMP_SHARE = 0.18
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """Shapes and how they look.
+
+    ``tones`` (s,) are the mean radiances of the shapes; ``offsets`` (s, 3) in mm shift the texture for each shape, so
+    that neighbours differ. ``background`` is the radiance where a ray meets nothing.
+    """
+
+    name: str
+    shapes: tuple[Shape, ...]
+    tones: Array
+    offsets: Array
+    texture: Texture
+    background: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Hits:
+    """First surfaces on n rays.
+
+    ``distance`` (n,) in mm from the ray's start, infinite where it meets nothing; ``surface`` (n,) the index of the
+    shape, -1 there; ``points`` (3, n) the places, NaN there; ``coordinates`` (3, n) the texture coordinates in mm;
+    ``directions`` (3, n) those of the rays.
+    """
+
+    distance: Array
+    surface: Indices
+    points: Array
+    coordinates: Array
+    directions: Array
+
+
+def first_surfaces(world: World, points: Array, directions: Array) -> Hits:
+    """The first surface of a world on each ray (3, n); directions are unit vectors."""
+    count = points.shape[1]
+    distance = np.full(count, np.inf)
+    surface = np.full(count, -1, dtype=np.intp)
+    start_squared = np.einsum("in,in->n", points, points)
+    start_along = np.einsum("in,in->n", points, directions)
+    for index, shape in enumerate(world.shapes):
+        # Most rays pass by the ball around most shapes: a cheap test, made wider than rounding.
+        centre, radius = shape.bounding_ball()
+        along = centre @ directions - start_along
+        across_squared = centre @ centre - 2.0 * (centre @ points) + start_squared - along * along
+        reach = radius * (1.0 + 1e-6) + 1e-6
+        rays = np.flatnonzero((across_squared <= reach * reach) & (along >= -reach) & (along - reach <= distance))
+        if rays.size:
+            reached = shape.distances(points[:, rays], directions[:, rays])
+            nearer = reached < distance[rays]
+            distance[rays[nearer]] = reached[nearer]
+            surface[rays[nearer]] = index
+    places = points + np.where(surface >= 0, distance, np.nan) * directions
+    return Hits(distance, surface, places, places + world.offsets[surface].T, directions)
+
+
+def radiance(world: World, hits: Hits, footprint: Array) -> Floats:
+    """Radiance (n,) of surfaces; ``footprint`` (n,) is the distance in mm between neighbouring samples there."""
+    result = np.full(hits.distance.shape, world.background, dtype=np.float32)
+    met = np.flatnonzero(hits.surface >= 0)
+    if not met.size:
+        return result
+    surface = hits.surface[met]
+    tone = world.tones[surface].astype(np.float32)
+    pattern = texture_values(world.texture, hits.coordinates[:, met], footprint[met])
+    for index in np.unique(surface):
+        here = np.flatnonzero(surface == index)
+        shape, places, ahead = world.shapes[index], hits.points[:, met[here]], hits.directions[:, met[here]]
+        if isinstance(shape, Coloured):
+            tone[here], pattern[here] = shape.albedo(places, ahead), 0.0
+        lit = LAMP @ shape.normals(places, ahead)
+        tone[here] *= (1.0 - LAMP_SHARE + LAMP_SHARE * lit).astype(np.float32)
+    result[met] = tone * (1.0 + pattern)
+    return np.clip(result, 0.0, 1.0, out=result)
