@@ -37,18 +37,50 @@ class Winners:
     reverse_index: Costs
     reverse_best: Costs
 
-    def interpolation(self) -> NDArray[np.float32]:
-        """Fraction of a disparity, within half of one, to add to the index: the equiangular fit.
 
-        Sums of absolute differences rise linearly on both sides of the true disparity, so two lines of equal and
-        opposite slope fit them better than a parabola.
-        """
-        before, after = self.before.astype(np.float32), self.after.astype(np.float32)
-        rise = np.maximum(before, after)
-        rise -= self.best
-        rise *= 2.0
-        before -= after
-        return np.divide(before, np.maximum(rise, np.float32(1.0), out=rise), out=before)
+def equiangular_fit(before: Costs, best: Costs, after: Costs) -> NDArray[np.float32]:
+    """Fraction of a disparity, within half of one, to add to a winner whose cost and neighbouring costs are given.
+
+    Sums of absolute differences rise linearly on both sides of the true disparity, so two lines of equal and
+    opposite slope fit them better than a parabola.
+    """
+    fraction, following = before.astype(np.float32), after.astype(np.float32)
+    rise = np.maximum(fraction, following)
+    rise -= best
+    rise *= 2.0
+    fraction -= following
+    # A flat minimum stays where it is; one that is none, half a disparity at most.
+    np.divide(fraction, np.maximum(rise, np.float32(1.0), out=rise), out=fraction)
+    return np.clip(fraction, -0.5, 0.5, out=fraction)
+
+
+def sums_beside(upper: Image, lower: Image, disparities: NDArray[np.int16], window: int) -> tuple[Costs, Costs, Costs]:
+    """Sums of absolute differences one below, at and one above a whole disparity given for each pixel.
+
+    Parameters
+    ----------
+    upper, lower
+        Scan lines of both views, (columns + window - 1, rows).
+    disparities
+        Of shape (columns, rows), not necessarily the best ones.
+
+    Returns
+    -------
+    Three arrays of shape (columns, rows), ``UNSEARCHED`` where the other view has no such row.
+    """
+    half = window // 2
+    columns, rows = disparities.shape
+    before, best, after = (np.full((columns, rows), UNSEARCHED, np.uint16) for _ in range(3))
+    for disparity in range(int(disparities.min()) - 1, int(disparities.max()) + 2):
+        low, high = max(disparity, 0), min(rows + disparity, rows)
+        if low >= high:
+            continue
+        differences = cv2.absdiff(upper[:, low:high], lower[:, low - disparity : high - disparity])
+        sums = _windowed(differences, window)[half : half + columns]
+        for costs, offset in ((before, 1), (best, 0), (after, -1)):
+            wanted = disparities[:, low:high] == disparity + offset
+            np.copyto(costs[:, low:high], sums, where=wanted)
+    return before, best, after
 
 
 def least_sums(upper: Image, lower: Image, lowest: int, spans: tuple[tuple[int, int], ...], window: int) -> Winners:
@@ -78,9 +110,7 @@ def least_sums(upper: Image, lower: Image, lowest: int, spans: tuple[tuple[int, 
         if last > first:
             low, high = max(first - half, disparity, 0), min(last + half, rows + disparity, rows)
             differences = cv2.absdiff(upper[:, low:high], lower[:, low - disparity : high - disparity])
-            sums = cv2.boxFilter(
-                differences, cv2.CV_16U, (window, window), normalize=False, borderType=cv2.BORDER_REPLICATE
-            )
+            sums = _windowed(differences, window)
             cost[:, first:last] = sums[half : half + columns, first - low : last - low]
         cv2.copyTo(cost, improved, after)
         cv2.compare(cost, best, cv2.CMP_LT, improved)
@@ -96,3 +126,8 @@ def least_sums(upper: Image, lower: Image, lowest: int, spans: tuple[tuple[int, 
     # The winners at the very last disparity have no neighbour after them.
     after[improved > 0] = UNSEARCHED
     return Winners(index, best, before, after, reverse_index, reverse_best)
+
+
+def _windowed(differences: cv2.typing.MatLike, window: int) -> cv2.typing.MatLike:
+    """Sums over a window; beyond the ends it repeats the outermost value."""
+    return cv2.boxFilter(differences, cv2.CV_16U, (window, window), normalize=False, borderType=cv2.BORDER_REPLICATE)

@@ -20,7 +20,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from designer.imaging.costs import LARGEST_WINDOW, UNSEARCHED, least_sums
+from designer.imaging.costs import LARGEST_WINDOW, UNSEARCHED, equiangular_fit, least_sums, sums_beside
 from designer.imaging.panorama import AZIMUTH_PADDING, Image, PanoramaGrid
 from designer.imaging.reconstruction import disparity_from_distance, distance_map
 
@@ -180,7 +180,7 @@ def _least_differences(search: SearchRange, upper: Image, lower: Image, options:
     margin = AZIMUTH_PADDING - options.window // 2
     needed = slice(margin, len(upper) - margin)
     winners = least_sums(upper[needed], lower[needed], search.lowest, search.spans, options.window)
-    disparities = winners.interpolation()
+    disparities = equiangular_fit(winners.before, winners.best, winners.after)
     disparities += winners.index
     disparities += np.float32(search.lowest)
     reverse = np.where(winners.reverse_best < UNSEARCHED, winners.reverse_index + np.float32(search.lowest), _NOWHERE)
@@ -191,12 +191,15 @@ def _least_differences(search: SearchRange, upper: Image, lower: Image, options:
 def _semi_global(
     grid: PanoramaGrid, search: SearchRange, upper: Image, lower: Image, options: MatchingOptions
 ) -> _Candidates:
-    """OpenCV's semi-global matcher, run from either view; it cannot limit its search row by row."""
+    """OpenCV's semi-global matcher, run from either view; it cannot limit its search row by row.
+
+    Its own interpolation pulls towards whole rows, so the whole rows that it finds are refined by the SAD.
+    """
     count = -(-len(search.spans) // 16) * 16
     # The matcher gives nothing where its search leaves the image, so the image is made wide enough.
     padding = max(abs(search.lowest), abs(search.lowest + count)) + 1
     wide = [np.pad(lines, ((0, 0), (padding, padding)), mode="edge") for lines in (upper, lower)]
-    inside = (slice(AZIMUTH_PADDING, -AZIMUTH_PADDING), slice(padding, padding + grid.rows))
+    inside = (slice(None), slice(padding, padding + grid.rows))
 
     def disparities_of(first: Image, second: Image, lowest: int) -> NDArray[np.float32]:
         area = options.window**2
@@ -209,6 +212,11 @@ def _semi_global(
         forward = pool.submit(disparities_of, wide[0], wide[1], search.lowest)
         backward = pool.submit(disparities_of, wide[1], wide[0], -(search.lowest + count - 1))
         disparities, reverse = forward.result(), -backward.result()
+    margin = AZIMUTH_PADDING - options.window // 2
+    needed = slice(margin, len(upper) - margin)
+    columns = slice(AZIMUTH_PADDING, -AZIMUTH_PADDING)
+    whole, reverse = np.rint(disparities[columns]).astype(np.int16), reverse[columns]
+    disparities = equiangular_fit(*sums_beside(upper[needed], lower[needed], whole, options.window)) + whole
     highest = search.lowest + len(search.spans) - 1
     rows_lower = np.arange(grid.rows, dtype=np.float32) - disparities
     found = (disparities >= search.lowest) & (rows_lower >= 0) & (rows_lower <= grid.rows - 1)
