@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import zlib
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
@@ -28,7 +28,7 @@ from designer.optimise.descent import (
     make_feasible,
 )
 from designer.optimise.feasibility import why_fixed_conflicts, why_impossible
-from designer.optimise.program import Goal
+from designer.optimise.program import Goal, Separators
 from designer.optimise.rules import rules_of
 from designer.optimise.screening import Problem, assemble_enclosed, check, physical_values, scaled_values, screen
 from designer.optimise.separators import choose_separators
@@ -54,11 +54,28 @@ class Shortfall:
 
 
 @dataclass(frozen=True, slots=True)
+class Trail:
+    """Where the search of one lens and variant ended: enough for a neighbouring requirement to start from.
+
+    ``first`` holds the physical variables of the best first-stage design, or of the nearest miss; ``second`` those of
+    the best second-stage design, None if there is none.
+    """
+
+    lens: int
+    variant: int
+    is_feasible: bool
+    first: dict[str, float]
+    second: dict[str, float] | None
+    separators: Separators
+
+
+@dataclass(frozen=True, slots=True)
 class SearchResult:
     """What the search found for one configuration.
 
     ``first`` is the best design by the first objective, ``best`` the one after the second stage; both None unless
-    the status is feasible. ``statuses`` counts what the solver said.
+    the status is feasible. ``statuses`` counts what the solver said; ``trails`` has one entry for each lens and
+    variant that is not impossible by rule.
     """
 
     configuration: Configuration
@@ -68,6 +85,7 @@ class SearchResult:
     best: Candidate | None = None
     shortfall: Shortfall | None = None
     statuses: dict[str, int] = field(default_factory=dict)
+    trails: tuple[Trail, ...] = ()
 
     @property
     def solves(self) -> int:
@@ -82,7 +100,7 @@ class SearchResult:
         return float(limit_of(problem.variant, problem.rules, values["baseline"], values["principal_distance"]))
 
 
-def fixed_parameters(requirement: Requirement, configuration: Configuration) -> dict[str, float]:
+def fixed_parameters(requirement: Requirement) -> dict[str, float]:
     """The parameters the requirement fixes, by names such as ``primary.radius_mm`` and ``upper.gain``."""
     given: dict[str, float] = {}
     for owners in (requirement.fixed.mirror, requirement.fixed.view):
@@ -91,17 +109,22 @@ def fixed_parameters(requirement: Requirement, configuration: Configuration) -> 
     return given
 
 
-def search(requirement: Requirement, configuration: Configuration) -> SearchResult:
-    """Find the best design of one configuration, or say why there is none."""
-    fixed = fixed_parameters(requirement, configuration)
+def search(requirement: Requirement, configuration: Configuration, parent: Sequence[Trail] = ()) -> SearchResult:
+    """Find the best design of one configuration, or say why there is none.
+
+    With the trails of a neighbouring requirement, each variant starts from where it ended there, and from screened
+    designs only where that fails though it succeeded there.
+    """
+    fixed = fixed_parameters(requirement)
     conflict = why_fixed_conflicts(configuration, fixed)
     if conflict is not None:
         return SearchResult(configuration, "impossible", conflict)
+    from_parent = {(trail.lens, trail.variant): trail for trail in parent}
     reasons: list[str] = []
-    tasks: list[Task] = []
-    found: list[tuple[Task, list[Candidate]]] = []
-    misses: list[Candidate] = []
-    for lens, variant in product(requirement.camera.lenses, enumerate_variants(configuration)):
+    branches: list[_Branch] = []
+    for (lens_index, lens), (variant_index, variant) in product(
+        enumerate(requirement.camera.lenses), enumerate(enumerate_variants(configuration))
+    ):
         ranges = Ranges(requirement.baseline_range_mm, lens.principal_distances_mm)
         rules = rules_of(requirement, lens)
         reason = why_impossible(variant, rules, ranges)
@@ -109,18 +132,34 @@ def search(requirement: Requirement, configuration: Configuration) -> SearchResu
             reasons.append(reason)
             continue
         problem = Problem(variant, rules, box_of(variant, rules, ranges), tuple(sorted(fixed.items())))
-        task = Task(problem, lens, _goal_scales(problem), Counter())
-        tasks.append(task)
-        feasible, miss = _first_stage(requirement, task)
-        if feasible:
-            found.append((task, feasible))
-        if miss is not None:
-            misses.append(miss)
-    if not found and not misses:
+        branch = _Branch(lens_index, variant_index, Task(problem, lens, _goal_scales(problem), Counter()))
+        _first_stage(requirement, branch, from_parent.get((lens_index, variant_index)))
+        branches.append(branch)
+    if not branches:
         return SearchResult(configuration, "impossible", "; ".join(dict.fromkeys(reasons)))
-    if not found:
-        return _infeasible(configuration, tasks, misses)
-    return _second_stage(requirement, configuration, tasks, found)
+    if not any(branch.designs for branch in branches):
+        return _infeasible(configuration, branches)
+    return _second_stage(requirement, configuration, branches)
+
+
+@dataclass(slots=True)
+class _Branch:
+    """The search of one lens and variant: its feasible designs, or else its nearest miss."""
+
+    lens: int
+    variant: int
+    task: Task
+    designs: list[Candidate] = field(default_factory=list)
+    miss: Candidate | None = None
+    smallest: Candidate | None = None
+    remembered: Candidate | None = None
+
+    def trail(self, goal: str) -> Trail:
+        """What a neighbour needs to go on from here."""
+        first = min(self.designs, key=lambda design: design.goals[goal]) if self.designs else self.miss
+        assert first is not None
+        second = self.smallest.values if self.smallest else None
+        return Trail(self.lens, self.variant, bool(self.designs), first.values, second, first.separators)
 
 
 def _goal_scales(problem: Problem) -> tuple[float, ...]:
@@ -132,8 +171,19 @@ def _goal_scales(problem: Problem) -> tuple[float, ...]:
     return (depth_error if depth_error > 0.0 else 0.01, height, diameter, math.pi / 4.0 * diameter**2 * height)
 
 
-def _first_stage(requirement: Requirement, task: Task) -> tuple[list[Candidate], Candidate | None]:
-    """Solve for the first objective from every start: feasible designs, and the nearest miss if there are none."""
+def _first_stage(requirement: Requirement, branch: _Branch, trail: Trail | None) -> None:
+    """Solve for the first objective from every start."""
+    task, goal = branch.task, Goal(requirement.objective.minimise)
+    if trail is not None:
+        reached = make_feasible(task, [_remembered(task, trail.first, trail.separators)])
+        if reached[0].is_feasible:
+            branch.designs = improve(task, reached, goal)
+            if trail.second is not None:
+                branch.remembered = _remembered(task, trail.second, trail.separators)
+            return
+        if not trail.is_feasible:
+            branch.miss = reached[0]
+            return
     variant = task.problem.variant
     key = zlib.crc32(f"{variant.configuration.name}/{variant.label}".encode())
     random = np.random.default_rng([requirement.solve.seed, key])
@@ -142,9 +192,16 @@ def _first_stage(requirement: Requirement, task: Task) -> tuple[list[Candidate],
         reached = make_feasible(task, _starts(task, starts, random))
         feasible = [candidate for candidate in reached if candidate.is_feasible]
         if feasible:
-            return improve(task, feasible, Goal(requirement.objective.minimise)), None
+            branch.designs = improve(task, feasible, goal)
+            return
         misses += reached
-    return [], min(misses, key=lambda miss: miss.violation)
+    branch.miss = min(misses, key=lambda miss: miss.violation)
+
+
+def _remembered(task: Task, values: dict[str, float], separators: Separators) -> Candidate:
+    """A neighbour's design, moved into this problem's box."""
+    scaled = scaled_values(task.problem, {name: np.array([value]) for name, value in values.items()})
+    return examine(task, np.clip(scaled[:, 0], 0.0, 1.0), separators)
 
 
 def _starts(task: Task, count: int, random: np.random.Generator) -> list[Candidate]:
@@ -158,34 +215,39 @@ def _starts(task: Task, count: int, random: np.random.Generator) -> list[Candida
     return [examine(task, scaled[:, index], choice) for index, choice in enumerate(choices)]
 
 
-def _second_stage(
-    requirement: Requirement,
-    configuration: Configuration,
-    tasks: list[Task],
-    found: list[tuple[Task, list[Candidate]]],
-) -> SearchResult:
+def _second_stage(requirement: Requirement, configuration: Configuration, branches: list[_Branch]) -> SearchResult:
     """Minimise the second objective, with the first within its tolerance of the configuration's best."""
     first_goal, second_goal = requirement.objective.minimise, requirement.objective.then
-    first = min((design for _, designs in found for design in designs), key=lambda design: design.goals[first_goal])
+    every = [design for branch in branches for design in branch.designs]
+    first = min(every, key=lambda design: design.goals[first_goal])
     bound = first.goals[first_goal] * (1.0 + max(requirement.objective.within_percent / 100.0, SAME_OBJECTIVE))
     goal = Goal(second_goal, ((first_goal, bound),))
     improved: list[Candidate] = []
-    for task, designs in found:
-        near = [design for design in designs if design.goals[first_goal] <= bound]
-        improved += improve(task, distinct_designs(near, second_goal)[:MOST_DESIGNS_IN_SECOND_STAGE], goal)
+    for branch in branches:
+        known = branch.designs + ([branch.remembered] if branch.remembered else [])
+        near = [design for design in known if design.is_feasible and design.keeps(goal)]
+        if near:
+            starts = distinct_designs(near, second_goal)[:MOST_DESIGNS_IN_SECOND_STAGE]
+            smaller = improve(branch.task, starts, goal)
+            branch.smallest = min(smaller, key=lambda design: design.goals[second_goal])
+            improved.append(branch.smallest)
     best = min(improved, key=lambda design: design.goals[second_goal])
-    return SearchResult(configuration, "feasible", "", first=first, best=best, statuses=_all_statuses(tasks))
+    trails = tuple(branch.trail(first_goal) for branch in branches)
+    return SearchResult(
+        configuration, "feasible", "", first=first, best=best, statuses=_all_statuses(branches), trails=trails
+    )
 
 
-def _all_statuses(tasks: Iterable[Task]) -> dict[str, int]:
-    return dict(sum((task.statuses for task in tasks), Counter()))
+def _all_statuses(branches: list[_Branch]) -> dict[str, int]:
+    return dict(sum((branch.task.statuses for branch in branches), Counter()))
 
 
-def _infeasible(configuration: Configuration, tasks: list[Task], misses: list[Candidate]) -> SearchResult:
-    statuses = _all_statuses(tasks)
+def _infeasible(configuration: Configuration, branches: list[_Branch]) -> SearchResult:
+    statuses = _all_statuses(branches)
     if not any(status in statuses for status in _SOLVED):
         said = ", ".join(f"{status} ({count})" for status, count in statuses.items())
         return SearchResult(configuration, "failed", f"the solver never came to an end: {said}", statuses=statuses)
+    misses = [branch.miss for branch in branches if branch.miss is not None]
     nearest = min(misses, key=lambda miss: miss.violation)
     worst = int(nearest.report.violations[:, 0].argmax())
     short = abs(float(nearest.report.amounts[worst, 0]))
@@ -198,4 +260,5 @@ def _infeasible(configuration: Configuration, tasks: list[Task], misses: list[Ca
         f"no feasible point found; the nearest{variant} misses by {shortfall.amount:.3g} {unit}: {name}",
         shortfall=shortfall,
         statuses=statuses,
+        trails=tuple(branch.trail("depth_error") for branch in branches),
     )
