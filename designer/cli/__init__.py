@@ -12,6 +12,7 @@ import click
 
 from designer.cli.designs import evaluate, trace
 from designer.cli.listing import configurations
+from designer.cli.render import render
 from designer.cli.requirement import init
 from designer.cli.stereo import stereo
 from designer.cli.study import report, study
@@ -49,7 +50,7 @@ def cli() -> None:
     """Design single-camera catadioptric stereo systems: 44 configurations, optimised, traced, ranked."""
 
 
-for command in (study, configurations, trace, evaluate, init, report, stereo):
+for command in (study, configurations, trace, evaluate, init, report, render, stereo):
     cli.add_command(command)
 
 

@@ -89,10 +89,10 @@ def render(design: Design, world: World, *, samples: int = 2, aperture: bool = F
     pupil = pupil_of(camera) if aperture else None
     for block, (rows, columns) in enumerate(_pixel_blocks(camera, samples**2)):
         random = np.random.default_rng([seed, block])
-        u, v, starts = _sample_places(camera, rows, columns, samples, pupil, random)
-        ahead = _directions(camera, u, v, starts, pupil)
+        u, v, starts = sample_places(rows, columns, samples, pupil, random)
+        ahead = ray_directions(camera, u, v, starts, pupil)
         trace = trace_first_hits(scene, ahead, starts)
-        turn = spacing(np.hypot(*_on_sensor(camera, u, v))) / samples
+        turn = spacing(np.hypot(*on_sensor(camera, u, v))) / samples
         for mirror_u, mirror_v in _REFLECTIONS:
             seen = _seen(world, trace, turn, mirror_u, mirror_v)
             target = _reflected(camera, rows, columns, mirror_u, mirror_v)
@@ -110,7 +110,7 @@ def ground_truth(design: Design, world: World) -> GroundTruth:
     surface = np.full(shape, -1, dtype=np.int16)
     paths = ((LOWER_VIEW, design.views.lower.path), (UPPER_VIEW, design.views.upper.path))
     for rows, columns in _pixel_blocks(camera, 1):
-        ahead = _directions(camera, columns.astype(float), rows.astype(float), None, None)
+        ahead = ray_directions(camera, columns.astype(float), rows.astype(float), None, None)
         trace = trace_first_hits(scene, ahead)
         taken = np.full(len(rows), NO_VIEW, dtype=np.int8)
         for number, path in paths:
@@ -164,8 +164,7 @@ def _pixel_blocks(camera: Camera, rays_per_pixel: int) -> Iterator[tuple[NDArray
         yield rows[low : low + step], columns[low : low + step]
 
 
-def _sample_places(
-    camera: Camera,
+def sample_places(
     rows: NDArray[np.intp],
     columns: NDArray[np.intp],
     samples: int,
@@ -191,14 +190,15 @@ def _sample_places(
     return u.ravel(), v.ravel(), starts.reshape(-1, 3)
 
 
-def _on_sensor(camera: Camera, u: Array, v: Array) -> tuple[Array, Array]:
+def on_sensor(camera: Camera, u: Array, v: Array) -> tuple[Array, Array]:
+    """Places on the sensor in mm from its centre, right and down, of image places in pixels."""
     u0, v0 = camera.principal_point_px
     return (u - u0) * camera.pixel_pitch_mm, (v - v0) * camera.pixel_pitch_mm
 
 
-def _directions(camera: Camera, u: Array, v: Array, starts: Array | None, pupil: Pupil | None) -> Array:
+def ray_directions(camera: Camera, u: Array, v: Array, starts: Array | None, pupil: Pupil | None) -> Array:
     """Unit directions (n, 3) of the rays through image places; over a pupil, towards the point in focus."""
-    x, y = _on_sensor(camera, u, v)
+    x, y = on_sensor(camera, u, v)
     ahead = np.stack([x, y, np.full(x.shape, camera.focal_length_mm)], axis=-1)
     if starts is not None and pupil is not None:
         ahead /= camera.focal_length_mm
@@ -227,6 +227,6 @@ def _seen(world: World, trace: FirstHitTrace, spacing: Array, mirror_u: bool, mi
     """Radiance (n,) along traced rays: of the world, or of the black part that stopped the ray."""
     seen = np.full(trace.status.shape, BLACK_PARTS_RADIANCE, dtype=np.float32)
     hits, free = _met(world, trace, mirror_u, mirror_v)
-    footprint = np.where(np.isfinite(hits.distance), hits.distance, 0.0) * spacing[free]
-    seen[free] = radiance(world, hits, footprint)
+    spread = np.where(np.isfinite(hits.distance), hits.distance, 0.0) * spacing[free]
+    seen[free] = radiance(world, hits, spread)
     return seen

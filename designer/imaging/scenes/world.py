@@ -20,6 +20,8 @@ Indices = NDArray[np.intp]
 # Surfaces that face the lamp are this much brighter than those that face away.
 LAMP = np.array([0.30, 0.42, 0.86])
 LAMP_SHARE = 0.18
+# Surfaces seen more edge-on than this blur no further.
+GRAZING_COSINE = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,21 +79,29 @@ def first_surfaces(world: World, points: Array, directions: Array) -> Hits:
     return Hits(distance, surface, places, places + world.offsets[surface].T, directions)
 
 
-def radiance(world: World, hits: Hits, footprint: Array) -> Floats:
-    """Radiance (n,) of surfaces; ``footprint`` (n,) is the distance in mm between neighbouring samples there."""
+def radiance(world: World, hits: Hits, spread: Array) -> Floats:
+    """Radiance (n,) of surfaces.
+
+    ``spread`` (n,) is the distance in mm between neighbouring samples across the rays where they meet the world; on
+    a surface that a ray meets slantwise they lie farther apart, and the geometric mean of the two counts.
+    """
     result = np.full(hits.distance.shape, world.background, dtype=np.float32)
     met = np.flatnonzero(hits.surface >= 0)
     if not met.size:
         return result
     surface = hits.surface[met]
-    tone = world.tones[surface].astype(np.float32)
-    pattern = texture_values(world.texture, hits.coordinates[:, met], footprint[met])
+    footprint = spread[met]
+    brightness = world.tones[surface]
+    has_own = np.zeros(met.size, dtype=bool)
     for index in np.unique(surface):
         here = np.flatnonzero(surface == index)
         shape, places, ahead = world.shapes[index], hits.points[:, met[here]], hits.directions[:, met[here]]
+        normals = shape.normals(places, ahead)
+        facing = np.abs(np.einsum("in,in->n", normals, ahead))
+        footprint[here] /= np.sqrt(np.maximum(facing, GRAZING_COSINE))
         if isinstance(shape, Coloured):
-            tone[here], pattern[here] = shape.albedo(places, ahead), 0.0
-        lit = LAMP @ shape.normals(places, ahead)
-        tone[here] *= (1.0 - LAMP_SHARE + LAMP_SHARE * lit).astype(np.float32)
-    result[met] = tone * (1.0 + pattern)
+            brightness[here], has_own[here] = shape.albedo(places, ahead), True
+        brightness[here] *= 1.0 - LAMP_SHARE + LAMP_SHARE * (LAMP @ normals)
+    pattern = texture_values(world.texture, hits.coordinates[:, met], footprint)
+    result[met] = brightness * np.where(has_own, 1.0, 1.0 + pattern)
     return np.clip(result, 0.0, 1.0, out=result)

@@ -1,7 +1,8 @@
-"""From radiance to the numbers that a sensor writes: shot noise, read noise and quantisation."""
+"""From radiance to the numbers that a sensor writes: shot noise, read noise, quantisation; and the files."""
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.files import InputError, write_atomically
+from designer.imaging.render import GroundTruth
 from designer.imaging.textures import Floats
 
 Pixels = NDArray[np.uint8] | NDArray[np.uint16]
@@ -53,7 +55,26 @@ def write_png(path: Path, image: Pixels) -> None:
     import cv2
 
     _, encoded = cv2.imencode(".png", image)
+    _write(path, encoded.tobytes())
+
+
+def write_truth(path: Path, truth: GroundTruth) -> None:
+    """Write a ground truth as .npz: ``view``, ``point_mm``, ``distance_mm`` and ``surface``, each of image shape.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written there.
+    """
+    stream = io.BytesIO()
+    np.savez_compressed(
+        stream, view=truth.view, point_mm=truth.point_mm, distance_mm=truth.distance_mm, surface=truth.surface
+    )
+    _write(path, stream.getvalue())
+
+
+def _write(path: Path, content: bytes) -> None:
     try:
-        write_atomically(path, encoded.tobytes())
+        write_atomically(path, content)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
