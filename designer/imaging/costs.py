@@ -38,20 +38,27 @@ class Winners:
     reverse_best: Costs
 
 
-def equiangular_fit(before: Costs, best: Costs, after: Costs) -> NDArray[np.float32]:
-    """Fraction of a disparity, within half of one, to add to a winner whose cost and neighbouring costs are given.
+def equiangular_fit(before: Costs, best: Costs, after: Costs) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Interpolate a winner whose cost and neighbouring costs are given, by two lines of equal and opposite slope.
 
-    Sums of absolute differences rise linearly on both sides of the true disparity, so two lines of equal and
-    opposite slope fit them better than a parabola.
+    They fit better than a parabola, since sums of absolute differences rise linearly on both sides of the true
+    disparity.
+
+    Returns
+    -------
+    The fraction of a disparity to add to the winner, within half of one, and the cost where the lines meet.
     """
     fraction, following = before.astype(np.float32), after.astype(np.float32)
     rise = np.maximum(fraction, following)
     rise -= best
-    rise *= 2.0
     fraction -= following
     # A flat minimum stays where it is; one that is none, half a disparity at most.
-    np.divide(fraction, np.maximum(rise, np.float32(1.0), out=rise), out=fraction)
-    return np.clip(fraction, -0.5, 0.5, out=fraction)
+    np.maximum(rise, np.float32(0.5), out=rise)
+    fraction /= rise
+    fraction *= np.float32(0.5)
+    np.clip(fraction, -0.5, 0.5, out=fraction)
+    rise *= np.abs(fraction)
+    return fraction, np.subtract(best, rise, out=rise)
 
 
 def sums_beside(upper: Image, lower: Image, disparities: NDArray[np.int16], window: int) -> tuple[Costs, Costs, Costs]:

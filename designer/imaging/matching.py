@@ -43,6 +43,8 @@ class Outcome(IntEnum):
     """The match found backwards, from the lower panorama, is another one."""
     SPECKLE = 6
     """A small island of disparities unlike those around it."""
+    UNLIKE = 7
+    """The two windows differ by more than noise and contrast explain: what one view shows, the other does not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +54,9 @@ class MatchingOptions:
     ``window`` is the odd side of the SAD window in panorama pixels; ``least_contrast`` the mean absolute difference
     of neighbours along the scan line, in grey levels; ``reverse_tolerance`` in rows; islands of up to
     ``speckle_size`` pixels whose disparity differs by more than ``speckle_difference`` rows from their surroundings
-    are dropped (0 keeps them).
+    are dropped (0 keeps them). A match is unlike if the mean absolute difference that remains at it exceeds both
+    ``largest_difference`` times the contrast and ``noise_floor`` grey levels. ``level_brightness`` first takes each
+    image's own local mean away, for cameras whose two views are not equally bright.
     """
 
     matcher: Matcher = "sad"
@@ -61,6 +65,9 @@ class MatchingOptions:
     reverse_tolerance: float = 1.0
     speckle_size: int = 60
     speckle_difference: float = 1.5
+    largest_difference: float = 0.7
+    noise_floor: float = 3.0
+    level_brightness: bool = False
     threads: int = 2
 
     def __post_init__(self) -> None:
@@ -142,6 +149,8 @@ def match(
     imaged
         Which samples the upper and the lower view image, each (columns, rows).
     """
+    if options.level_brightness:
+        upper, lower = _levelled(upper), _levelled(lower)
     shape = (grid.columns, grid.rows)
     matches = Matches(np.empty(shape, np.float32), np.empty(shape, np.float32), np.empty(shape, np.uint8))
     whole = _semi_global(grid, search, upper, lower, options) if options.matcher == "semi_global" else None
@@ -164,28 +173,36 @@ def match(
 class _Candidates:
     """What a search found for each pixel, before anything is checked; arrays of shape (columns, rows).
 
-    ``reverse`` belongs to the lower panorama: the disparity found from there, or one far from all others.
+    ``remaining`` is the sum of absolute differences at the disparity. ``reverse`` belongs to the lower panorama: the
+    disparity found from there, or one far from all others.
     """
 
     disparities: NDArray[np.float32]
     found: NDArray[np.bool_]
     at_end: NDArray[np.bool_]
+    remaining: NDArray[np.float32]
     reverse: NDArray[np.float32]
 
     def __getitem__(self, columns: slice) -> _Candidates:
-        return _Candidates(self.disparities[columns], self.found[columns], self.at_end[columns], self.reverse[columns])
+        return _Candidates(
+            self.disparities[columns],
+            self.found[columns],
+            self.at_end[columns],
+            self.remaining[columns],
+            self.reverse[columns],
+        )
 
 
 def _least_differences(search: SearchRange, upper: Image, lower: Image, options: MatchingOptions) -> _Candidates:
     margin = AZIMUTH_PADDING - options.window // 2
     needed = slice(margin, len(upper) - margin)
     winners = least_sums(upper[needed], lower[needed], search.lowest, search.spans, options.window)
-    disparities = equiangular_fit(winners.before, winners.best, winners.after)
+    disparities, remaining = equiangular_fit(winners.before, winners.best, winners.after)
     disparities += winners.index
     disparities += np.float32(search.lowest)
     reverse = np.where(winners.reverse_best < UNSEARCHED, winners.reverse_index + np.float32(search.lowest), _NOWHERE)
     at_end = np.maximum(winners.before, winners.after) == UNSEARCHED
-    return _Candidates(disparities, winners.best < UNSEARCHED, at_end, reverse)
+    return _Candidates(disparities, winners.best < UNSEARCHED, at_end, remaining, reverse)
 
 
 def _semi_global(
@@ -216,12 +233,13 @@ def _semi_global(
     needed = slice(margin, len(upper) - margin)
     columns = slice(AZIMUTH_PADDING, -AZIMUTH_PADDING)
     whole, reverse = np.rint(disparities[columns]).astype(np.int16), reverse[columns]
-    disparities = equiangular_fit(*sums_beside(upper[needed], lower[needed], whole, options.window)) + whole
+    disparities, remaining = equiangular_fit(*sums_beside(upper[needed], lower[needed], whole, options.window))
+    disparities += whole
     highest = search.lowest + len(search.spans) - 1
     rows_lower = np.arange(grid.rows, dtype=np.float32) - disparities
     found = (disparities >= search.lowest) & (rows_lower >= 0) & (rows_lower <= grid.rows - 1)
     at_end = (disparities < search.lowest + 0.5) | (disparities > highest - 0.5)
-    return _Candidates(disparities, found, at_end, reverse)
+    return _Candidates(disparities, found, at_end, remaining, reverse)
 
 
 def _judged(
@@ -241,17 +259,27 @@ def _judged(
     rows_lower += (np.arange(len(disparities), dtype=np.int32) * grid.rows)[:, None]
     mismatch = np.abs(candidates.reverse.ravel()[rows_lower] - np.rint(disparities))
     near, far = search.distances_mm
+    contrast = _contrast(upper, options.window)
     outcomes = np.zeros(disparities.shape, np.uint8)
     # The first reason counts, so it is written last.
+    expected = np.maximum(contrast * np.float32(options.largest_difference), np.float32(options.noise_floor))
+    np.putmask(outcomes, candidates.remaining > expected * np.float32(options.window**2), Outcome.UNLIKE)
     np.putmask(outcomes, mismatch > options.reverse_tolerance, Outcome.REVERSE_CHECK)
     np.putmask(outcomes, candidates.at_end | (distances < near) | (distances > far), Outcome.OUT_OF_RANGE)
     np.putmask(outcomes, at_border, Outcome.BORDER)
-    np.putmask(outcomes, _contrast(upper, options.window) < options.least_contrast, Outcome.NO_TEXTURE)
+    np.putmask(outcomes, contrast < options.least_contrast, Outcome.NO_TEXTURE)
     np.putmask(outcomes, ~(imaged[0] & imaged[1].ravel()[rows_lower]), Outcome.OUTSIDE_ZONE)
     dropped = outcomes != Outcome.KEPT
     np.putmask(disparities, dropped, np.nan)
     np.putmask(distances, dropped, np.nan)
     return disparities, distances, outcomes
+
+
+def _levelled(lines: Image) -> Image:
+    """The image less its mean over a wide window, about middle grey."""
+    side = 2 * AZIMUTH_PADDING - 1
+    mean = cv2.blur(lines, (side, side), borderType=cv2.BORDER_REPLICATE)
+    return np.asarray(cv2.addWeighted(lines, 1.0, mean, -1.0, 128.0), dtype=np.uint8)
 
 
 def _contrast(lines: Image, window: int) -> NDArray[np.float32]:

@@ -42,6 +42,7 @@ OUTCOME_COLOURS = {
     Outcome.OUT_OF_RANGE: (0, 159, 230),
     Outcome.REVERSE_CHECK: (0, 94, 213),
     Outcome.SPECKLE: (178, 114, 0),
+    Outcome.UNLIKE: (167, 121, 204),
 }
 
 
