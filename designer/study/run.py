@@ -6,7 +6,7 @@ import multiprocessing
 import signal
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -95,13 +95,13 @@ def _gather(
     futures: list[Future[ConfigurationResult]], progress: ProgressCallback | None, started: float
 ) -> list[ConfigurationResult]:
     """Results in the order of their futures; progress in the order in which they come."""
-    waiting, feasible = set(futures), 0
+    waiting, done, feasible = set(futures), 0, 0
     while waiting:
         finished, waiting = wait(waiting, return_when=FIRST_COMPLETED)
         for future in sorted(finished, key=futures.index):
             result = future.result()
             feasible += result.status == "feasible"
-            done = sum(other.done() for other in futures)
+            done += 1
             elapsed = time.perf_counter() - started
             if progress is not None:
                 name = result.configuration.name
@@ -114,7 +114,13 @@ def _gather(
 def _workers(jobs: int) -> Iterator[Callable[..., Future[Any]]]:
     """A ``submit`` that runs tasks in processes, or here if one job is enough; interruption stops them all."""
     if jobs == 1:
-        yield _run_here
+        # A thread, so that progress is told while it works.
+        with ThreadPoolExecutor(1) as here:
+            try:
+                yield here.submit
+            except BaseException:
+                here.shutdown(wait=False, cancel_futures=True)
+                raise
         return
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["designer.study.task"])
@@ -126,12 +132,6 @@ def _workers(jobs: int) -> Iterator[Callable[..., Future[Any]]]:
                 process.terminate()
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-
-
-def _run_here(function: Callable[..., Any], *arguments: Any) -> Future[Any]:
-    future: Future[Any] = Future()
-    future.set_result(function(*arguments))
-    return future
 
 
 def _leave_interrupts_to_parent() -> None:

@@ -11,6 +11,7 @@ from designer.configurations import Configuration
 from designer.design import Design
 from designer.optimise.descent import Candidate
 from designer.optimise.front import FrontPoint, trace_front
+from designer.optimise.program import forget_programs
 from designer.optimise.search import SearchResult, search
 from designer.requirement import Requirement
 from designer.study.record import design_of
@@ -42,6 +43,8 @@ def solve_configuration(requirement: Requirement, configuration: Configuration) 
     Never raises: an error in here concerns one configuration, and its message becomes the reason.
     """
     started = time.perf_counter()
+    # No other configuration can use the last one's programs.
+    forget_programs()
     try:
         result = search(requirement, configuration)
         details: dict[str, Any] = {"starts": requirement.solve.starts, "solves": result.solves}
