@@ -21,8 +21,8 @@ DESIGNS_PER_START = 384
 CLEARANCES_PER_START = 12
 # Starts nearer to each other than this, as a share of the unit box, lead to the same place.
 LEAST_DISTANCE = 0.12
-# A gain is drawn between this share of the largest possible and all of it: the objective wants it large.
-GAIN_SHARE_DRAWN = 0.55
+# A gain is first drawn between this share of the largest possible and all of it: the objective wants it large.
+LARGE_GAIN_SHARE = 0.55
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,28 +130,32 @@ def constraint_violations(assembly: Assembly) -> Array:
     return np.stack(np.broadcast_arrays(*rows))
 
 
-def draw(problem: Problem, count: int, random: np.random.Generator) -> dict[str, Array]:
-    """Random designs: free variables uniform in the box, gains near the largest that the image zones can hold."""
+def draw(
+    problem: Problem, count: int, random: np.random.Generator, least_gain_share: float = LARGE_GAIN_SHARE
+) -> dict[str, Array]:
+    """Random designs: free variables uniform in the box, gains by their share of what the image zones can hold."""
     scaled = random.random((len(VARIABLES), count))
     values = physical_values(problem, scaled)
     limits = limits_at(problem.variant, problem.rules, values["baseline"], values["principal_distance"])
     outer = "upper" if problem.variant.configuration.topology == "upper_outer" else "lower"
     inner = "lower" if outer == "upper" else "upper"
-    outer_share = GAIN_SHARE_DRAWN + (1.0 - GAIN_SHARE_DRAWN) * np.sqrt(random.random(count))
-    inner_share = outer_share * (GAIN_SHARE_DRAWN + (1.0 - GAIN_SHARE_DRAWN) * np.sqrt(random.random(count)))
+    outer_share = least_gain_share ** (random.random(count) ** 2)
+    inner_share = outer_share * least_gain_share ** (random.random(count) ** 2)
     for view, share in ((outer, outer_share), (inner, inner_share)):
         values[f"{view}_gain"] = problem.variant.gain_sign(view) * share * limits[view]
     return values
 
 
-def screen(problem: Problem, starts: int, random: np.random.Generator) -> Array:
+def screen(
+    problem: Problem, starts: int, random: np.random.Generator, least_gain_share: float = LARGE_GAIN_SHARE
+) -> Array:
     """The most promising of many random designs, apart from one another: shape (variables, kept).
 
     Arrangements of the mirrors take turns: each holds about one optimum, and the one whose random designs violate
     least need not hold the best.
     """
     with np.errstate(all="ignore"):
-        values = draw(problem, DESIGNS_PER_START * starts, random)
+        values = draw(problem, DESIGNS_PER_START * starts, random, least_gain_share)
         values, assembly = assemble_enclosed(problem, values)
         merit = constraint_violations(assembly).max(axis=0)
         kept = _in_turns(merit, arrangements(assembly, problem.rules.lens_front))[: CLEARANCES_PER_START * starts]

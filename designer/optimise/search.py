@@ -17,7 +17,7 @@ from itertools import product
 import numpy as np
 
 from designer.configurations import Configuration
-from designer.optimise.box import Ranges, box_of, limit_of
+from designer.optimise.box import SMALLEST_GAIN_SHARE, Ranges, box_of, limit_of
 from designer.optimise.descent import (
     SAME_OBJECTIVE,
     Candidate,
@@ -30,14 +30,23 @@ from designer.optimise.descent import (
 from designer.optimise.feasibility import why_fixed_conflicts, why_impossible
 from designer.optimise.program import Goal, Separators
 from designer.optimise.rules import rules_of
-from designer.optimise.screening import Problem, assemble_enclosed, check, physical_values, scaled_values, screen
+from designer.optimise.screening import (
+    LARGE_GAIN_SHARE,
+    Problem,
+    assemble_enclosed,
+    check,
+    physical_values,
+    scaled_values,
+    screen,
+)
 from designer.optimise.separators import choose_separators
 from designer.optimise.variants import enumerate_variants
 from designer.requirement import Requirement
 
 # From so many of the best different designs the second objective is minimised.
 MOST_DESIGNS_IN_SECOND_STAGE = 6
-# Nobody should hear "infeasible" for want of starts: so many times more are tried before it is said.
+# Nobody should hear "infeasible" for want of starts: so many times more are tried before it is said, with small gains
+# too, which waste the image but let the light pass where large ones do not.
 MORE_STARTS_IF_INFEASIBLE = 3
 _SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
 
@@ -188,8 +197,9 @@ def _first_stage(requirement: Requirement, branch: _Branch, trail: Trail | None)
     key = zlib.crc32(f"{variant.configuration.name}/{variant.label}".encode())
     random = np.random.default_rng([requirement.solve.seed, key])
     misses: list[Candidate] = []
-    for starts in (requirement.solve.starts, MORE_STARTS_IF_INFEASIBLE * requirement.solve.starts):
-        reached = make_feasible(task, _starts(task, starts, random))
+    few, many = requirement.solve.starts, MORE_STARTS_IF_INFEASIBLE * requirement.solve.starts
+    for starts, least_gain_share in ((few, LARGE_GAIN_SHARE), (many, SMALLEST_GAIN_SHARE)):
+        reached = make_feasible(task, _starts(task, starts, random, least_gain_share))
         feasible = [candidate for candidate in reached if candidate.is_feasible]
         if feasible:
             branch.designs = improve(task, feasible, goal)
@@ -204,10 +214,10 @@ def _remembered(task: Task, values: dict[str, float], separators: Separators) ->
     return examine(task, np.clip(scaled[:, 0], 0.0, 1.0), separators)
 
 
-def _starts(task: Task, count: int, random: np.random.Generator) -> list[Candidate]:
+def _starts(task: Task, count: int, random: np.random.Generator, least_gain_share: float) -> list[Candidate]:
     """Screened designs, each with the separators to start with."""
     problem = task.problem
-    screened = screen(problem, count, random)
+    screened = screen(problem, count, random, least_gain_share)
     values, assembly = assemble_enclosed(problem, physical_values(problem, screened))
     scaled = scaled_values(problem, values)
     choices = choose_separators(check(problem, assembly), problem.rules.clearance, problem.rules.envelope_height)
