@@ -1,0 +1,219 @@
+"""What is impossible by rule: each rule, its sentence, and the converse by random search with the rule switched off."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from shipped_problems import (
+    CONFIGURATIONS,
+    SHIPPED,
+    VARIANTS,
+    is_coherent,
+    problem_of,
+    put_together,
+    random_designs,
+    shipped_requirement,
+    variant_name,
+)
+
+from designer.optics.clearance import pair_up, separations
+from designer.optimise.box import Ranges
+from designer.optimise.feasibility import why_fixed_conflicts, why_impossible
+from designer.optimise.rules import rules_of
+from designer.optimise.screening import check
+from designer.optimise.variants import Variant, enumerate_variants
+from designer.requirement import Requirement, set_key
+
+
+def reason(requirement: Requirement, variant: Variant) -> str | None:
+    lens = requirement.camera.lenses[0]
+    ranges = Ranges(requirement.baseline_range_mm, lens.principal_distances_mm)
+    return why_impossible(variant, rules_of(requirement, lens), ranges)
+
+
+def variant_called(configuration: str, label: str = "") -> Variant:
+    return next(variant for variant in enumerate_variants(CONFIGURATIONS[configuration]) if variant.label == label)
+
+
+@pytest.mark.parametrize(
+    ("configuration", "label", "view"),
+    [
+        ("direct-HyEl-upper_outer", "", "upper"),
+        ("direct-ElHy-upper_inner", "", "lower"),
+        ("folded-HyPl-El-upper_outer", "", "upper"),
+        ("folded-ElPl-Hy-upper_outer", "", "lower"),
+        ("folded-ElEl-Hy-upper_outer", "concave primary, shared focus above", "lower"),
+    ],
+)
+def test_an_ellipsoid_cannot_see_its_own_horizon(configuration, label, view):
+    variant = variant_called(configuration, label)
+    said = reason(shipped_requirement("indoor_robot"), variant)
+    assert said is not None
+    assert "an ellipsoid cannot see a range that contains its own horizon" in said
+    assert f"the {view} view must see" in said
+    # In the near field the upper view looks down and the lower one up: neither range holds its horizon.
+    assert reason(shipped_requirement("pipe_inspection"), variant) is None
+
+
+def test_a_concave_paraboloid_cannot_see_its_own_horizon_and_a_convex_one_can():
+    requirement = shipped_requirement("indoor_robot")
+    said = reason(requirement, variant_called("folded-PaPa-Hy-upper_outer", "concave primary"))
+    assert said is not None
+    assert "a concave paraboloid cannot see" in said
+    assert reason(requirement, variant_called("folded-PaPa-Hy-upper_outer", "convex primary")) is None
+
+
+def test_a_convex_ellipsoidal_primary_sees_the_horizon():
+    label = "convex primary, shared focus below"
+    variant = variant_called("folded-ElEl-Hy-upper_outer", label)
+    assert reason(shipped_requirement("indoor_robot"), variant) is None
+
+
+@pytest.mark.parametrize("name", ["indoor_robot", "ceiling_watch"])
+def test_a_plane_primary_sees_only_above_its_horizon(name):
+    said = reason(shipped_requirement(name), variant_called("folded-PlHy-Hy-upper_outer"))
+    assert said is not None
+    assert "a plane primary sees only above its horizon" in said
+    assert reason(shipped_requirement("sky_watch"), variant_called("folded-PlHy-Hy-upper_outer")) is None
+
+
+def test_a_free_baseline_is_given_the_benefit_of_the_doubt():
+    """-16 to 16 degrees at 1 to 5 m hold the horizon for any small baseline; a very long one leaves it."""
+    variant = variant_called("folded-HyPl-El-upper_outer")
+    requirement = set_key(shipped_requirement("pipe_inspection"), "working_volume.elevation_deg", [-16, 16])
+    near, middle = (set_key(requirement, "baseline_mm", baseline) for baseline in (40, 130))
+    assert reason(near, variant) is not None
+    assert reason(middle, variant) is not None
+    assert reason(set_key(requirement, "baseline_mm", 150), variant) is None
+    assert reason(set_key(requirement, "baseline_mm", [40, 150]), variant) is None
+
+
+def test_a_gap_as_wide_as_the_image_leaves_no_room():
+    requirement = set_key(shipped_requirement("indoor_robot"), "manufacture.zone_gap_px", 590)
+    said = reason(requirement, variant_called("folded-HyPl-Hy-upper_outer"))
+    assert said == "the outer zone and the gap leave no room for the inner zone"
+
+
+IMPOSSIBLE = [
+    (name, variant)
+    for name in SHIPPED
+    for variant in VARIANTS
+    if reason(shipped_requirement(name), variant) is not None
+]
+
+
+@pytest.mark.parametrize(("name", "variant"), IMPOSSIBLE, ids=lambda case: getattr(case, "label", str(case)))
+def test_random_search_never_finds_what_the_rule_forbids(name, variant):
+    """With the rule switched off, nothing has all its light unhindered, whatever the envelope."""
+    problem = problem_of(shipped_requirement(name), variant)
+    assert not unhindered(problem, seed=3).any(), variant_name(variant)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.sampled_from(VARIANTS),
+    st.floats(-60.0, 55.0),
+    st.floats(2.0, 60.0),
+    st.floats(20.0, 300.0),
+    st.floats(110.0, 3000.0),
+)
+def test_no_rule_forbids_what_random_search_finds(variant, low, span, baseline, near):
+    requirement = shipped_requirement("pipe_inspection")
+    assume(low + span < 75.0)
+    for key, value in (
+        ("working_volume.distance_mm", [near, 2.0 * near]),
+        ("working_volume.elevation_deg", [low, low + span]),
+        ("baseline_mm", baseline),
+    ):
+        requirement = set_key(requirement, key, value)
+    if unhindered(problem_of(requirement, variant), seed=5).any():
+        assert reason(requirement, variant) is None
+
+
+def unhindered(problem, seed: int) -> np.ndarray:
+    """Which random designs send all their light out past everything, image zones apart."""
+    values = random_designs(problem, 1500, seed)
+    assembly = put_together(problem, values)
+    coherent = is_coherent(assembly)
+    image = [item for item in assembly.constraints if "image" in item.name]
+    with np.errstate(all="ignore"):
+        fits = np.min([np.broadcast_to(item.value, coherent.shape) for item in image], axis=0) >= 0.0
+    kept = np.flatnonzero(coherent & fits)
+    if not kept.size:
+        return np.zeros(1, dtype=bool)
+    layout = put_together(problem, {name: value[kept] for name, value in values.items()}).layout
+    light, _ = separations(layout, pair_up(layout))
+    return np.asarray(light.max(axis=0).min(axis=0) > 0.0)
+
+
+def test_random_search_does_find_what_is_possible():
+    """The converse would be hollow if the random search found nothing anywhere."""
+    requirement = shipped_requirement("pipe_inspection")
+    found = [unhindered(problem_of(requirement, variant), seed=3).any() for variant in VARIANTS]
+    assert sum(found) > 0.5 * len(VARIANTS)
+
+
+@pytest.mark.parametrize(
+    ("configuration", "fixed", "words"),
+    [
+        (
+            "direct-HyHy-upper_outer",
+            {"primary.radius_mm": -30.0},
+            "a primary mirror is given, and the configuration has none",
+        ),
+        ("folded-HyPl-Hy-upper_outer", {"secondary.radius_mm": 30.0}, "the given secondary mirror is curved"),
+        ("folded-HyPl-Hy-upper_outer", {"secondary.conic": -2.0}, "the given secondary mirror is curved"),
+        (
+            "folded-HyPl-Hy-upper_outer",
+            {"direct.conic": -0.5},
+            "is an? ellipsoid, and the configuration's is a hyperboloid",
+        ),
+        (
+            "folded-ElPl-El-upper_outer",
+            {"primary.conic": -1.5},
+            "is a hyperboloid, and the configuration's is a.? ellipsoid",
+        ),
+        (
+            "folded-PaPa-Hy-upper_outer",
+            {"primary.conic": -1.2},
+            "is a hyperboloid, and the configuration's is a paraboloid",
+        ),
+        (
+            "folded-HyPl-Hy-upper_outer",
+            {"direct.conic": -1.0},
+            "is a paraboloid, and the configuration's is a hyperboloid",
+        ),
+    ],
+)
+def test_a_mirror_that_does_not_belong_is_refused_by_name(configuration, fixed, words):
+    said = why_fixed_conflicts(CONFIGURATIONS[configuration], fixed)
+    assert said is not None
+    assert re.search(words, said), said
+
+
+@pytest.mark.parametrize(
+    ("configuration", "fixed"),
+    [
+        ("folded-HyPl-Hy-upper_outer", {"secondary.vertex_mm": 100.0}),
+        ("folded-HyPl-Hy-upper_outer", {"direct.conic": -2.0, "direct.radius_mm": 20.0}),
+        ("folded-PaPa-Hy-upper_outer", {"primary.conic": -1.0}),
+        ("direct-ElHy-upper_outer", {"lower.conic": -0.4, "upper.gain": 0.1, "lower.viewpoint_mm": 30.0}),
+    ],
+)
+def test_what_may_belong_is_not_refused(configuration, fixed):
+    assert why_fixed_conflicts(CONFIGURATIONS[configuration], fixed) is None
+
+
+def test_a_check_names_every_violation_in_its_own_unit():
+    problem = problem_of(shipped_requirement("indoor_robot"), variant_called("folded-HyPl-Hy-upper_outer"))
+    values = random_designs(problem, 200, seed=1)
+    report = check(problem, put_together(problem, values))
+    assert len(report.names) == len(report.units) == len(report.amounts) == len(report.violations)
+    assert set(report.units) <= {"mm", "px", "deg", "1", "relative"}
+    finite = np.isfinite(report.amounts).all(axis=0)
+    failing = report.amounts[:, finite] < 0.0
+    assert ((report.violations[:, finite] > 0.0) == failing).all()

@@ -1,0 +1,210 @@
+"""A study's folder holds what the contract says, the same for any number of processes."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from shipped_problems import shipped_requirement
+
+from designer.configurations import enumerate_configurations
+from designer.design import read_design
+from designer.evaluate.mirrors import overall_diameter_mm, overall_height_mm
+from designer.evaluate.summary import evaluate_design
+from designer.requirement import read_requirement, set_key
+from designer.study.progress import Progress
+from designer.study.run import Study, run_study
+from designer.verify.verdict import judge
+
+# Feasible, infeasible and impossible, direct and folded.
+ONLY = (
+    "direct-HyHy-upper_outer",
+    "direct-HyHy-upper_inner",
+    "direct-ElEl-upper_outer",
+    "folded-HyPl-Hy-upper_outer",
+    "folded-PaPa-Hy-upper_inner",
+    "folded-PlHy-Hy-upper_outer",
+)
+FIRST_COLUMNS = [
+    "configuration",
+    "family",
+    "topology",
+    "status",
+    "reason",
+    "depth_error_rms",
+    "limit_ratio",
+    "baseline_mm",
+    "height_mm",
+    "diameter_mm",
+]
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[Study, Path, list[Progress]]:
+    folder = tmp_path_factory.mktemp("study")
+    requirement = set_key(shipped_requirement("indoor_robot"), "solve.starts", 4)
+    seen: list[Progress] = []
+    return run_study(requirement, folder, jobs=1, only=ONLY, progress=seen.append), folder, seen
+
+
+def rows_of(folder: Path) -> list[dict[str, str]]:
+    with (folder / "designs.csv").open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_the_table_begins_as_the_contract_says(study):
+    _, folder, _ = study
+    rows = rows_of(folder)
+    assert list(rows[0])[:10] == FIRST_COLUMNS
+    assert {row["configuration"] for row in rows} == set(ONLY)
+    assert {row["status"] for row in rows} == {"feasible", "infeasible", "impossible"}
+    for row in rows:
+        assert row["configuration"].startswith(row["family"])
+        assert row["configuration"].endswith(row["topology"])
+        numbers = [row[name] for name in FIRST_COLUMNS[5:]]
+        if row["status"] == "feasible":
+            assert row["reason"] == ""
+            assert all(math.isfinite(float(number)) for number in numbers)
+        else:
+            assert row["reason"]
+            assert numbers == [""] * 5
+    assert [row["rank"] for row in rows if row["status"] == "feasible"] == ["1", "2", "3"]
+    nearest = next(row for row in rows if row["status"] == "infeasible")
+    assert nearest["closest_constraint"] in nearest["reason"]
+    assert float(nearest["closest_violation"]) > 0.0
+
+
+def test_a_file_for_each_feasible_design_and_no_other(study):
+    _, folder, _ = study
+    feasible = [row for row in rows_of(folder) if row["status"] == "feasible"]
+    files = sorted(path.name for path in (folder / "designs").iterdir())
+    assert files == sorted(f"{row['configuration']}.json" for row in feasible)
+    for row in feasible:
+        path = folder / "designs" / f"{row['configuration']}.json"
+        content = json.loads(path.read_text(encoding="utf-8"))
+        design = read_design(path)
+        assert content["schema"] == 1
+        assert design.configuration == row["configuration"]
+        for name in ("baseline_mm", "height_mm", "diameter_mm"):
+            assert content[name] == pytest.approx(float(row[name]), rel=1e-12)
+        assert content["score"]["depth_error_rms"] == pytest.approx(float(row["depth_error_rms"]), rel=1e-12)
+        assert content["score"]["limit_ratio"] == pytest.approx(float(row["limit_ratio"]), rel=1e-12)
+
+
+def test_a_design_file_has_every_key_of_the_schema(study):
+    _, folder, _ = study
+    content = json.loads((folder / "designs" / "folded-HyPl-Hy-upper_outer.json").read_text(encoding="utf-8"))
+    assert set(content) >= {
+        *("schema", "configuration", "variant", "camera", "mirrors", "views", "baseline_mm", "height_mm"),
+        *("diameter_mm", "working_volume", "noise_px", "score"),
+    }
+    assert set(content["camera"]) >= {
+        *("focal_length_mm", "pixel_pitch_mm", "width_px", "height_px", "f_number", "lens_radius_mm"),
+        *("lens_front_mm", "lens_length_mm", "body_radius_mm"),
+    }
+    assert [mirror["name"] for mirror in content["mirrors"]] == ["primary", "secondary", "direct"]
+    for mirror in content["mirrors"]:
+        assert set(mirror) >= {
+            *("name", "kind", "vertex_mm", "radius_mm", "conic", "inner_radius_mm", "outer_radius_mm"),
+            *("thickness_mm", "faces"),
+        }
+    assert content["views"]["lower"]["path"] == ["secondary", "primary"]
+    assert content["views"]["upper"]["path"] == ["direct"]
+    assert (content["views"]["upper"]["zone"], content["views"]["lower"]["zone"]) == ("outer", "inner")
+    for view in content["views"].values():
+        assert set(view) >= {"path", "viewpoint_mm", "gain", "sense", "elevation_deg", "zone"}
+    apart = content["views"]["upper"]["viewpoint_mm"] - content["views"]["lower"]["viewpoint_mm"]
+    assert apart == pytest.approx(content["baseline_mm"], abs=1e-9)
+    assert content["working_volume"] == {"elevation_deg": [-16.0, 16.0], "distance_mm": [1000.0, 5000.0]}
+
+
+def test_a_written_design_measures_what_it_says(study):
+    """Sizes, scores and verdict from the file alone."""
+    _, folder, _ = study
+    for path in (folder / "designs").iterdir():
+        design = read_design(path)
+        assert judge(design).passed
+        assert overall_height_mm(design) == pytest.approx(design.height_mm, abs=1e-6)
+        assert overall_diameter_mm(design) == pytest.approx(design.diameter_mm, abs=1e-6)
+        score = evaluate_design(design, shipped_requirement("indoor_robot").manufacture.zone_gap_px)
+        assert score["depth_error_rms"] == pytest.approx(design.score["depth_error_rms"], rel=1e-12)
+        assert score["limit_ratio"] == pytest.approx(design.score["limit_ratio"], rel=1e-12)
+        assert score["limit_ratio"] >= 1.0 - 1e-9
+
+
+def test_the_folder_says_what_was_asked_and_where_it_comes_from(study):
+    outcome, folder, _ = study
+    assert read_requirement(folder / "requirement.toml") == outcome.requirement
+    provenance = json.loads((folder / "provenance.json").read_text(encoding="utf-8"))
+    assert provenance["seed"] == outcome.requirement.solve.seed
+    assert provenance["starts"] == outcome.requirement.solve.starts == 4
+    assert {"python", "numpy", "casadi"} <= set(provenance["versions"])
+    assert provenance["elapsed_seconds"] > 0.0
+    assert "finished" in provenance
+    assert provenance["solver_options"]
+
+
+def test_fronts_fall_as_the_envelope_is_loosened(study):
+    _, folder, _ = study
+    with (folder / "fronts.csv").open(encoding="utf-8", newline="") as stream:
+        rows = [row for row in csv.DictReader(stream) if row["status"] == "feasible"]
+    assert rows
+    for name in {row["configuration"] for row in rows}:
+        for swept in ("height_mm", "diameter_mm"):
+            points = [row for row in rows if row["configuration"] == name and row["swept"] == swept]
+            points.sort(key=lambda row: float(row["limit_mm"]))
+            errors = [float(row["depth_error_rms"]) for row in points]
+            for row in points:
+                assert float(row[swept]) <= float(row["limit_mm"]) * (1.0 + 1e-5)
+            assert all(tight >= loose * (1.0 - 1e-5) for tight, loose in pairwise(errors))
+
+
+def test_progress_tells_of_every_configuration(study):
+    _, _, seen = study
+    assert [step.done for step in seen] == list(range(1, len(ONLY) + 1))
+    assert {step.configuration for step in seen} == set(ONLY)
+    assert seen[-1].feasible == 3
+    assert seen[-1].remaining_seconds == 0.0
+    assert all(step.total == len(ONLY) for step in seen)
+
+
+def test_stale_designs_are_removed(study, tmp_path):
+    outcome, _, _ = study
+    designs = tmp_path / "designs"
+    designs.mkdir()
+    (designs / "folded-ElEl-El-upper_outer.json").write_text("{}", encoding="utf-8")
+    run_study(outcome.requirement, tmp_path, only=("direct-ElEl-upper_outer",))
+    assert list(designs.iterdir()) == []
+    assert [row["status"] for row in rows_of(tmp_path)] == ["impossible"]
+
+
+@pytest.mark.slow
+def test_two_processes_give_the_same_files_as_one(study, tmp_path):
+    outcome, folder, _ = study
+    run_study(outcome.requirement, tmp_path, jobs=2, only=ONLY)
+    alone, together = rows_of(folder), rows_of(tmp_path)
+    for row in (*alone, *together):
+        del row["seconds"]
+    assert together == alone
+    for name in (
+        "requirement.toml",
+        "fronts.csv",
+        *(f"designs/{path.name}" for path in (folder / "designs").iterdir()),
+    ):
+        assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
+
+
+def test_without_a_choice_all_44_are_listed(tmp_path):
+    """Under a hopeless envelope nothing takes long, and every configuration still has its row and its reason."""
+    requirement = shipped_requirement("indoor_robot")
+    for key, value in (("manufacture.zone_gap_px", 590), ("solve.starts", 1)):
+        requirement = set_key(requirement, key, value)
+    run_study(requirement, tmp_path)
+    rows = rows_of(tmp_path)
+    assert {row["configuration"] for row in rows} == {item.name for item in enumerate_configurations()}
+    assert len(rows) == 44
+    assert all(row["status"] == "impossible" and row["reason"] for row in rows)
