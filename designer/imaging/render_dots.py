@@ -7,6 +7,7 @@ two share the tracer, and nothing else.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +27,7 @@ from designer.imaging.scenes.shapes import Sphere
 from designer.imaging.textures import Floats
 from designer.verify.montecarlo import project
 from designer.verify.surfaces import build_scene
-from designer.verify.tracer import Status, trace_first_hits, trace_sequential
+from designer.verify.tracer import Status, compare_with_path, trace_first_hits, trace_sequential
 
 Array = NDArray[np.float64]
 VIEW_NAMES: tuple[ViewName, ViewName] = ("lower", "upper")
@@ -50,34 +51,42 @@ def render_dots(
     design: Design,
     points_mm: ArrayLike,
     *,
+    views: Sequence[ViewName] = VIEW_NAMES,
+    radius_px: float = DOT_RADIUS_PX,
     samples: int = 12,
     aperture: bool = False,
     window_px: int | None = None,
     seed: int = 0,
 ) -> Floats:
-    """The image (h, w) of small bright balls at points (m, 3) in mm, each about three pixels wide in each view.
+    """The image (h, w) of small bright balls at points (m, 3) in mm, each about as wide in every view.
 
-    Only windows about the places where the traced mirrors should show the points are rendered; every ray there meets
-    whatever comes first. Radiance 1 fills a pixel; overlapping dots add up.
+    Only windows about the places where the traced mirrors should show the points are rendered. Every ray there meets
+    whatever comes first, and counts if it took all the mirrors of the view. Radiance 1 fills a pixel; overlapping
+    dots add up.
 
     Parameters
     ----------
+    views
+        The views whose light to record.
+    radius_px
+        Radius of a ball's sharp image.
     samples
         Rays along each side of a pixel.
     aperture
         Rays all over the pupil, so that the dots are as sharp as the focus makes them.
     window_px
-        Half the width of a window; as the dot needs if not given, more if it is out of focus.
+        Half the width of a window; what a sharp dot needs if not given, and more is needed out of focus.
     """
     camera = design.camera
     scene = build_scene(design)
     spacing = angular_spacing(design, scene)
     pupil = pupil_of(camera) if aperture else None
     image = np.zeros((camera.height_px, camera.width_px), dtype=np.float32)
-    half = int(np.ceil(DOT_RADIUS_PX)) + WINDOW_MARGIN_PX if window_px is None else window_px
+    half = int(np.ceil(radius_px)) + WINDOW_MARGIN_PX if window_px is None else window_px
     points = np.asarray(points_mm, dtype=float).reshape(-1, 3)
     random = np.random.default_rng([seed, 0xD075])
-    for name in VIEW_NAMES:
+    for name in views:
+        path = scene.path(getattr(design.views, name).path)
         for point, (u, v) in zip(points, project_points(design, name, points), strict=True):
             if not np.isfinite([u, v]).all():
                 continue
@@ -86,10 +95,10 @@ def render_dots(
             rows, columns = rows[on_image], columns[on_image]
             across, down, starts = sample_places(rows, columns, samples, pupil, random)
             trace = trace_first_hits(scene, ray_directions(camera, across, down, starts, pupil), starts)
-            free = trace.status == Status.ESCAPED
+            free = compare_with_path(trace, path).status == Status.OK
             angle = float(spacing(np.hypot(*on_sensor(camera, np.array(u), np.array(v)))))
             middle = getattr(design.views, name).viewpoint_mm
-            radius = DOT_RADIUS_PX * angle * float(np.linalg.norm(point - (0.0, 0.0, middle)))
+            radius = radius_px * angle * float(np.linalg.norm(point - (0.0, 0.0, middle)))
             ball = Sphere((float(point[0]), float(point[1]), float(point[2])), radius)
             lit = np.zeros(free.shape, dtype=np.float32)
             lit[free] = np.isfinite(ball.distances(trace.exit_point[free].T, trace.exit_direction[free].T))
