@@ -79,7 +79,7 @@ def draw_figures(study: StudyFolder) -> Illustrations:
     with report_style():
         for place, (_, design) in enumerate(study.best()):
             if place == 0:
-                winner = draw_cross_section(design, 170.0, 112.0)
+                winner = draw_cross_section(design, 170.0, 102.0)
                 name = f"cross-section-winner-{design.configuration}.svg"
                 illustrations.files[name] = svg_bytes(winner.figure)
                 illustrations.scales[name] = winner.scale
