@@ -30,6 +30,7 @@ Pair = tuple[float, float]
 @click.option("--matcher", type=click.Choice(["sad", "semi-global"]), default="sad", show_default=True)
 @click.option("--window", type=click.IntRange(3, 15), default=9, show_default=True, help="Side of the window, odd.")
 @click.option("--equalise/--no-equalise", default=True, help="Equalise the two views' resolution.  [default: on]")
+@click.option("--level-brightness", is_flag=True, help="For views that are not equally bright.")
 @click.option("--noise-px", type=float, help="Noise of an image point, for the uncertainties.")
 @click.option("--slab-mm", type=(float, float), metavar="LOW HIGH", help="Heights z of the floor plan.")
 def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
@@ -51,6 +52,7 @@ def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
         matcher=asked["matcher"].replace("-", "_"),
         window=asked["window"],
         equalise=asked["equalise"],
+        level_brightness=asked["level_brightness"],
         noise_px=asked["noise_px"],
         slab_mm=asked["slab_mm"],
     )

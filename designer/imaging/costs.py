@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from designer.imaging.panorama import Image
 
 Costs = NDArray[np.uint16]
+Numbers = NDArray[np.uint8] | NDArray[np.uint16]
 
 # Above any sum: not searched. Windows of up to 15 x 15 pixels fit below it.
 UNSEARCHED = 65535
@@ -30,11 +31,11 @@ class Winners:
     pixels: the disparity that suits each of them best, meaningful where ``reverse_best`` is below ``UNSEARCHED``.
     """
 
-    index: Costs
+    index: Numbers
     best: Costs
     before: Costs
     after: Costs
-    reverse_index: Costs
+    reverse_index: Numbers
     reverse_best: Costs
 
 
@@ -83,7 +84,7 @@ def sums_beside(upper: Image, lower: Image, disparities: NDArray[np.int16], wind
         if low >= high:
             continue
         differences = cv2.absdiff(upper[:, low:high], lower[:, low - disparity : high - disparity])
-        sums = _windowed(differences, window)[half : half + columns]
+        sums = _windowed(np.asarray(differences, dtype=np.uint8), window)[half : half + columns]
         for costs, offset in ((before, 1), (best, 0), (after, -1)):
             wanted = disparities[:, low:high] == disparity + offset
             np.copyto(costs[:, low:high], sums, where=wanted)
@@ -103,22 +104,24 @@ def least_sums(upper: Image, lower: Image, lowest: int, spans: tuple[tuple[int, 
     window
         Odd side of the window, at most ``LARGEST_WINDOW``. Beyond the first and last row it repeats the outermost.
     """
+    shape, rows = upper.shape, upper.shape[1]
+    best, before, after, reverse_best, cost, previous = (np.full(shape, UNSEARCHED, np.uint16) for _ in range(6))
+    smallest = np.uint8 if len(spans) <= 256 else np.uint16
+    index, reverse_index, label = (np.zeros(shape, smallest) for _ in range(3))
+    improved, better, differences = (np.zeros(shape, np.uint8) for _ in range(3))
     half = window // 2
-    columns, rows = upper.shape[0] - 2 * half, upper.shape[1]
-    best, before, after, reverse_best = (np.full((columns, rows), UNSEARCHED, np.uint16) for _ in range(4))
-    index, reverse_index, label = (np.zeros((columns, rows), np.uint16) for _ in range(3))
-    cost, previous = np.full_like(best, UNSEARCHED), np.full_like(best, UNSEARCHED)
-    improved = np.zeros((columns, rows), np.uint8)
     for number, (first, last) in enumerate(spans):
         disparity = lowest + number
         cost, previous = previous, cost
-        cost.fill(UNSEARCHED)
         label.fill(number)
         if last > first:
+            # The window sees half of itself beyond the rows asked for, as far as both views have any.
             low, high = max(first - half, disparity, 0), min(last + half, rows + disparity, rows)
-            differences = cv2.absdiff(upper[:, low:high], lower[:, low - disparity : high - disparity])
-            sums = _windowed(differences, window)
-            cost[:, first:last] = sums[half : half + columns, first - low : last - low]
+            overlap = differences[:, low:high]
+            cv2.absdiff(upper[:, low:high], lower[:, low - disparity : high - disparity], overlap)
+            _windowed(overlap, window, cost[:, low:high])
+        cost[:, :first] = UNSEARCHED
+        cost[:, last:] = UNSEARCHED
         cv2.copyTo(cost, improved, after)
         cv2.compare(cost, best, cv2.CMP_LT, improved)
         cv2.copyTo(previous, improved, before)
@@ -126,15 +129,18 @@ def least_sums(upper: Image, lower: Image, lowest: int, spans: tuple[tuple[int, 
         cv2.min(cost, best, best)
         if last > first:
             seen = slice(first - disparity, last - disparity)
-            reversed_cost, reversed_best = cost[:, first:last], reverse_best[:, seen]
-            better = cv2.compare(reversed_cost, reversed_best, cv2.CMP_LT)
-            reverse_index[:, seen] = cv2.copyTo(label[:, first:last], better, reverse_index[:, seen])
-            cv2.min(reversed_cost, reversed_best, reversed_best)
+            cv2.compare(cost[:, first:last], reverse_best[:, seen], cv2.CMP_LT, better[:, seen])
+            cv2.copyTo(label[:, seen], better[:, seen], reverse_index[:, seen])
+            cv2.min(cost[:, first:last], reverse_best[:, seen], reverse_best[:, seen])
     # The winners at the very last disparity have no neighbour after them.
     after[improved > 0] = UNSEARCHED
-    return Winners(index, best, before, after, reverse_index, reverse_best)
+    inner = slice(half, shape[0] - half)
+    return Winners(index[inner], best[inner], before[inner], after[inner], reverse_index[inner], reverse_best[inner])
 
 
-def _windowed(differences: cv2.typing.MatLike, window: int) -> cv2.typing.MatLike:
+def _windowed(differences: Image, window: int, into: Costs | None = None) -> Costs:
     """Sums over a window; beyond the ends it repeats the outermost value."""
-    return cv2.boxFilter(differences, cv2.CV_16U, (window, window), normalize=False, borderType=cv2.BORDER_REPLICATE)
+    sums = cv2.boxFilter(
+        differences, cv2.CV_16U, (window, window), into, normalize=False, borderType=cv2.BORDER_REPLICATE
+    )
+    return np.asarray(sums, dtype=np.uint16)

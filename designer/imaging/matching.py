@@ -14,7 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from enum import IntEnum
 from itertools import pairwise
-from typing import Literal
+from typing import Any, Literal
 
 import cv2
 import numpy as np
@@ -28,23 +28,23 @@ Matcher = Literal["sad", "semi_global"]
 
 
 class Outcome(IntEnum):
-    """What became of a pixel of the upper panorama: kept, or the first reason for which it was dropped."""
+    """What became of a pixel of the upper panorama: kept, or why dropped. Of several reasons the largest counts."""
 
     KEPT = 0
-    OUTSIDE_ZONE = 1
-    """Its direction, or its match's, is not imaged: outside the asked elevations, the image circle or the sensor."""
-    NO_TEXTURE = 2
-    """Too little contrast along the scan line within the window."""
-    BORDER = 3
-    """The best match lies at the upper or lower edge of the other panorama: the true one may lie beyond."""
+    SPECKLE = 1
+    """A small island of disparities unlike those around it."""
+    UNLIKE = 2
+    """The two windows differ by more than noise and contrast explain: what one view shows, the other does not."""
+    REVERSE_CHECK = 3
+    """The match found backwards, from the lower panorama, is another one."""
     OUT_OF_RANGE = 4
     """The best match lies at an end of the search, or outside the range of distances."""
-    REVERSE_CHECK = 5
-    """The match found backwards, from the lower panorama, is another one."""
-    SPECKLE = 6
-    """A small island of disparities unlike those around it."""
-    UNLIKE = 7
-    """The two windows differ by more than noise and contrast explain: what one view shows, the other does not."""
+    BORDER = 5
+    """The best match lies at the upper or lower edge of the other panorama: the true one may lie beyond."""
+    NO_TEXTURE = 6
+    """Too little contrast along the scan line within the window."""
+    OUTSIDE_ZONE = 7
+    """Its direction, or its match's, is not imaged: outside the asked elevations, the image circle or the sensor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +79,7 @@ class MatchingOptions:
 DEFAULT_OPTIONS = MatchingOptions()
 
 # A disparity far from all others, and what marks a dropped pixel among sixteenths of a row.
-_NOWHERE = np.float32(1e6)
+_NOWHERE = -30000
 _DROPPED = -32768
 
 
@@ -137,7 +137,7 @@ def match(
     search: SearchRange,
     upper: Image,
     lower: Image,
-    imaged: tuple[NDArray[np.bool_], NDArray[np.bool_]],
+    imaged: tuple[NDArray[np.bool_], NDArray[np.bool_]] | None = None,
     options: MatchingOptions = DEFAULT_OPTIONS,
 ) -> Matches:
     """Match every pixel of the upper panorama with the lower one.
@@ -147,7 +147,7 @@ def match(
     upper, lower
         Grey scan lines of both views, (columns + 2 AZIMUTH_PADDING, rows).
     imaged
-        Which samples the upper and the lower view image, each (columns, rows).
+        Which samples the upper and the lower view image, each (columns, rows); all of them by default.
     """
     if options.level_brightness:
         upper, lower = _levelled(upper), _levelled(lower)
@@ -158,7 +158,8 @@ def match(
     def match_part(columns: slice) -> None:
         padded = slice(columns.start, columns.stop + 2 * AZIMUTH_PADDING)
         found = _least_differences(search, upper[padded], lower[padded], options) if whole is None else whole[columns]
-        part = _judged(grid, search, found, upper[padded], (imaged[0][columns], imaged[1][columns]), options)
+        seen = None if imaged is None else (imaged[0][columns], imaged[1][columns])
+        part = _judged(grid, search, found, upper[padded], seen, options)
         matches.disparities[columns], matches.distances_mm[columns], matches.outcomes[columns] = part
 
     edges = np.linspace(0, grid.columns, options.threads + 1).astype(int)
@@ -173,19 +174,21 @@ def match(
 class _Candidates:
     """What a search found for each pixel, before anything is checked; arrays of shape (columns, rows).
 
-    ``remaining`` is the sum of absolute differences at the disparity. ``reverse`` belongs to the lower panorama: the
-    disparity found from there, or one far from all others.
+    A disparity is ``whole`` plus ``fraction``; ``remaining`` is the sum of absolute differences there. ``reverse``
+    belongs to the lower panorama: the whole disparity found from there, or one far from all others.
     """
 
-    disparities: NDArray[np.float32]
+    whole: NDArray[np.int16]
+    fraction: NDArray[np.float32]
     found: NDArray[np.bool_]
     at_end: NDArray[np.bool_]
     remaining: NDArray[np.float32]
-    reverse: NDArray[np.float32]
+    reverse: NDArray[np.int16]
 
     def __getitem__(self, columns: slice) -> _Candidates:
         return _Candidates(
-            self.disparities[columns],
+            self.whole[columns],
+            self.fraction[columns],
             self.found[columns],
             self.at_end[columns],
             self.remaining[columns],
@@ -197,12 +200,12 @@ def _least_differences(search: SearchRange, upper: Image, lower: Image, options:
     margin = AZIMUTH_PADDING - options.window // 2
     needed = slice(margin, len(upper) - margin)
     winners = least_sums(upper[needed], lower[needed], search.lowest, search.spans, options.window)
-    disparities, remaining = equiangular_fit(winners.before, winners.best, winners.after)
-    disparities += winners.index
-    disparities += np.float32(search.lowest)
-    reverse = np.where(winners.reverse_best < UNSEARCHED, winners.reverse_index + np.float32(search.lowest), _NOWHERE)
+    fraction, remaining = equiangular_fit(winners.before, winners.best, winners.after)
+    whole = winners.index.astype(np.int16) + np.int16(search.lowest)
+    reverse = winners.reverse_index.astype(np.int16) + np.int16(search.lowest)
+    _overwrite(reverse, winners.reverse_best == UNSEARCHED, _NOWHERE)
     at_end = np.maximum(winners.before, winners.after) == UNSEARCHED
-    return _Candidates(disparities, winners.best < UNSEARCHED, at_end, remaining, reverse)
+    return _Candidates(whole, fraction, winners.best < UNSEARCHED, at_end, remaining, reverse)
 
 
 def _semi_global(
@@ -232,14 +235,12 @@ def _semi_global(
     margin = AZIMUTH_PADDING - options.window // 2
     needed = slice(margin, len(upper) - margin)
     columns = slice(AZIMUTH_PADDING, -AZIMUTH_PADDING)
-    whole, reverse = np.rint(disparities[columns]).astype(np.int16), reverse[columns]
-    disparities, remaining = equiangular_fit(*sums_beside(upper[needed], lower[needed], whole, options.window))
-    disparities += whole
+    whole, opposite = (np.rint(found[columns]).astype(np.int16) for found in (disparities, reverse))
+    fraction, remaining = equiangular_fit(*sums_beside(upper[needed], lower[needed], whole, options.window))
     highest = search.lowest + len(search.spans) - 1
-    rows_lower = np.arange(grid.rows, dtype=np.float32) - disparities
-    found = (disparities >= search.lowest) & (rows_lower >= 0) & (rows_lower <= grid.rows - 1)
-    at_end = (disparities < search.lowest + 0.5) | (disparities > highest - 0.5)
-    return _Candidates(disparities, found, at_end, remaining, reverse)
+    rows_lower = np.arange(grid.rows) - whole
+    found = (whole >= search.lowest) & (rows_lower >= 0) & (rows_lower <= grid.rows - 1)
+    return _Candidates(whole, fraction, found, (whole <= search.lowest) | (whole >= highest), remaining, opposite)
 
 
 def _judged(
@@ -247,32 +248,46 @@ def _judged(
     search: SearchRange,
     candidates: _Candidates,
     upper: Image,
-    imaged: tuple[NDArray[np.bool_], NDArray[np.bool_]],
+    imaged: tuple[NDArray[np.bool_], NDArray[np.bool_]] | None,
     options: MatchingOptions,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint8]]:
     """Disparities, distances and outcomes of some columns, all but the search for speckles."""
-    disparities = candidates.disparities
+    whole = candidates.whole
+    disparities = candidates.fraction + whole
     distances = distance_map(grid, disparities, search.baseline_mm)
-    rows_lower = np.rint(np.arange(grid.rows, dtype=np.float32) - disparities).astype(np.int32)
-    at_border = ~candidates.found | (candidates.at_end & ((rows_lower <= 0) | (rows_lower >= grid.rows - 1)))
+    rows_lower = np.arange(grid.rows, dtype=np.int16) - whole
+    at_edge = (rows_lower <= 0) | (rows_lower >= grid.rows - 1)
     np.clip(rows_lower, 0, grid.rows - 1, out=rows_lower)
-    rows_lower += (np.arange(len(disparities), dtype=np.int32) * grid.rows)[:, None]
-    mismatch = np.abs(candidates.reverse.ravel()[rows_lower] - np.rint(disparities))
-    near, far = search.distances_mm
+    matched = rows_lower + (np.arange(len(whole)) * grid.rows)[:, None]
     contrast = _contrast(upper, options.window)
-    outcomes = np.zeros(disparities.shape, np.uint8)
-    # The first reason counts, so it is written last.
     expected = np.maximum(contrast * np.float32(options.largest_difference), np.float32(options.noise_floor))
-    np.putmask(outcomes, candidates.remaining > expected * np.float32(options.window**2), Outcome.UNLIKE)
-    np.putmask(outcomes, mismatch > options.reverse_tolerance, Outcome.REVERSE_CHECK)
-    np.putmask(outcomes, candidates.at_end | (distances < near) | (distances > far), Outcome.OUT_OF_RANGE)
-    np.putmask(outcomes, at_border, Outcome.BORDER)
-    np.putmask(outcomes, contrast < options.least_contrast, Outcome.NO_TEXTURE)
-    np.putmask(outcomes, ~(imaged[0] & imaged[1].ravel()[rows_lower]), Outcome.OUTSIDE_ZONE)
+    near, far = search.distances_mm
+    reasons = {
+        Outcome.UNLIKE: candidates.remaining > expected * np.float32(options.window**2),
+        Outcome.REVERSE_CHECK: np.abs(_taken(candidates.reverse, matched) - whole) > options.reverse_tolerance,
+        Outcome.OUT_OF_RANGE: candidates.at_end | (distances < near) | (distances > far),
+        Outcome.BORDER: ~candidates.found | (candidates.at_end & at_edge),
+        Outcome.NO_TEXTURE: contrast < options.least_contrast,
+    }
+    if imaged is not None:
+        reasons[Outcome.OUTSIDE_ZONE] = ~(imaged[0] & _taken(imaged[1], matched))
+    outcomes = np.zeros(whole.shape, np.uint8)
+    for outcome, applies in reasons.items():
+        np.maximum(outcomes, applies.view(np.uint8) * np.uint8(outcome), out=outcomes)
     dropped = outcomes != Outcome.KEPT
-    np.putmask(disparities, dropped, np.nan)
-    np.putmask(distances, dropped, np.nan)
+    _overwrite(disparities, dropped, np.nan)
+    _overwrite(distances, dropped, np.nan)
     return disparities, distances, outcomes
+
+
+def _taken(array: NDArray[Any], places: NDArray[np.intp]) -> NDArray[Any]:
+    """The values at flat places, which the caller has made sure lie inside."""
+    return array.reshape(-1).take(places, mode="clip")
+
+
+def _overwrite(array: NDArray[Any], where: NDArray[np.bool_], value: float) -> None:
+    """Set the marked entries of a contiguous array; several times faster than NumPy's masked assignment."""
+    cv2.copyTo(np.full_like(array, value), where.view(np.uint8), array)
 
 
 def _levelled(lines: Image) -> Image:
@@ -301,6 +316,6 @@ def _speckles(disparities: NDArray[np.float32], options: MatchingOptions) -> NDA
 
 
 def _drop(matches: Matches, where: NDArray[np.bool_], reason: Outcome) -> None:
-    np.putmask(matches.outcomes, where, reason)
-    np.putmask(matches.disparities, where, np.nan)
-    np.putmask(matches.distances_mm, where, np.nan)
+    _overwrite(matches.outcomes, where, reason)
+    _overwrite(matches.disparities, where, np.nan)
+    _overwrite(matches.distances_mm, where, np.nan)

@@ -81,10 +81,12 @@ def distance_map(grid: PanoramaGrid, disparities: NDArray[np.float32], baseline_
     rows = np.arange(grid.rows)
     coordinates = np.float32(grid.step) * disparities
     coordinates += (grid.top("lower") - (rows + 0.5) * grid.step).astype(np.float32)
-    slopes = np.tan(coordinates, out=coordinates) if grid.sampling == "spherical" else coordinates
+    # NumPy's sine and cosine are vectorised where its tangent is not.
+    slopes = np.sin(coordinates) / np.cos(coordinates) if grid.sampling == "spherical" else coordinates
     slopes -= grid.slope("upper", rows).astype(np.float32)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(slopes > 0, np.float32(baseline_mm) / slopes, np.float32(np.inf)) + 0 * disparities
+    np.maximum(slopes, np.float32(0.0), out=slopes)
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.divide(np.float32(baseline_mm), slopes, out=slopes))
 
 
 def reconstruct(

@@ -58,6 +58,7 @@ class StereoRequest:
     matcher: Matcher = "sad"
     window: int = 9
     equalise: bool = True
+    level_brightness: bool = False
     noise_px: float | None = None
     slab_mm: tuple[float, float] | None = None
 
@@ -85,7 +86,8 @@ def process(design: Design, raw: Image, request: StereoRequest) -> StereoResult:
         distances_mm=request.distances_mm,
         equalise=request.equalise,
     )
-    matches = match_image(sensor, raw, MatchingOptions(matcher=request.matcher, window=request.window))
+    options = MatchingOptions(request.matcher, request.window, level_brightness=request.level_brightness)
+    matches = match_image(sensor, raw, options)
     pair = panoramas(sensor, raw)
     cloud = reconstruct(design, sensor.grid, matches.disparities, pair["upper"], request.noise_px)
     plan = floor_plan(cloud, request.slab_mm or _heights_at_every_distance(design), sensor.search.distances_mm[1])

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from designer.design import Design
 from designer.evaluate.resolution import VIEW_NAMES, ViewName
@@ -40,6 +41,7 @@ RANGE_MARGIN = 1.1
 class Sensor:
     """Everything about a design that processing an image needs, built once by :func:`build_sensor`.
 
+    ``imaged`` is None where every sample of both panoramas is imaged, else which ones are, upper and lower.
     ``equalisers`` is None for plain bilinear sampling; ``sigma_px`` is then None too.
     """
 
@@ -48,6 +50,7 @@ class Sensor:
     images: dict[ViewName, ViewImage]
     tables: dict[ViewName, LookUp]
     search: SearchRange
+    imaged: tuple[NDArray[np.bool_], NDArray[np.bool_]] | None
     equalisers: dict[ViewName, Equaliser] | None
     sigma_px: float | None
 
@@ -91,7 +94,9 @@ def build_sensor(
         sigma_px = sigma_px or reference_sigma_px(grid, images, factors)
         equalisers = {view: build_equaliser(grid, images[view], view, factors[view], sigma_px) for view in VIEW_NAMES}
     tables = {view: look_up(grid, images[view], view) for view in VIEW_NAMES}
-    return Sensor(design, grid, images, tables, search, equalisers, sigma_px if equalise else None)
+    imaged = (tables["upper"].imaged, tables["lower"].imaged)
+    partly = None if imaged[0].all() and imaged[1].all() else imaged
+    return Sensor(design, grid, images, tables, search, partly, equalisers, sigma_px if equalise else None)
 
 
 def sample(sensor: Sensor, raw: Image) -> dict[ViewName, Image]:
@@ -117,8 +122,7 @@ def match_image(sensor: Sensor, raw: Image, options: MatchingOptions = DEFAULT_O
     """Disparities, distances and outcomes of a raw image; colour is matched in grey."""
     grey = raw if raw.ndim == 2 else np.asarray(cv2.cvtColor(raw, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
     lines = sample(sensor, grey)
-    imaged = (sensor.tables["upper"].imaged, sensor.tables["lower"].imaged)
-    return match(sensor.grid, sensor.search, lines["upper"], lines["lower"], imaged, options)
+    return match(sensor.grid, sensor.search, lines["upper"], lines["lower"], sensor.imaged, options)
 
 
 def point_cloud(sensor: Sensor, raw: Image, matches: Matches, noise_px: float | None = None) -> PointCloud:

@@ -60,8 +60,9 @@ def raw_image(
     v, u = np.mgrid[0 : camera.height_px, 0 : camera.width_px]
     raw = np.zeros(u.shape, np.float32)
     for image in view_images(design, placement).values():
-        slope, azimuth = image.direction_of(u, v)
-        radius = np.abs(image.radius_px(slope))
+        with np.errstate(divide="ignore", invalid="ignore"):  # a pixel on the axis sees straight up or down
+            slope, azimuth = image.direction_of(u, v)
+            radius = np.abs(image.radius_px(slope))
         ends = np.sort(np.abs(image.radius_px(np.array(image.slopes))))
         seen = (radius > ends[0] - 3) & (radius < ends[1] + 3)
         distance = wall(azimuth[seen])

@@ -1,0 +1,153 @@
+"""The stereo command: what it writes from a captured image, and how it refuses what it cannot use."""
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from analytic_room import Waves, eccentric_wall, raw_image
+from click.testing import CliRunner, Result
+from imaging_designs import coarse_prototype
+
+from designer.cli import cli
+from designer.design import write_design
+from designer.imaging.camera import ImagePlacement
+
+PLACEMENT = ImagePlacement((405.0, 296.0), np.radians(20.0), 0.98)
+CAMERA_OPTIONS = ("--center", 405, 296, "--rotation-deg", 20, "--scale", 0.98)
+
+
+def run(*words: object) -> Result:
+    return CliRunner().invoke(cli, ["stereo", *(str(word) for word in words)])
+
+
+@pytest.fixture(scope="module")
+def captured(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a design and the raw image of a camera that is off centre, turned and a little too far."""
+    folder = tmp_path_factory.mktemp("captured")
+    write_design(coarse_prototype(), folder / "design.json")
+    texture = Waves(finest_deg=1.6, coarsest_deg=24.0, count=60)
+    raw = raw_image(coarse_prototype(), eccentric_wall(1700.0, 0.6), texture, PLACEMENT, noise=2.0)
+    cv2.imwrite(str(folder / "raw.png"), cv2.merge([raw, raw, np.zeros_like(raw)]))
+    return folder
+
+
+@pytest.mark.parametrize("sampling", ["spherical", "cylindrical"])
+def test_a_captured_image_becomes_a_point_cloud(captured, tmp_path, sampling):
+    out = tmp_path / "out"
+    result = run(
+        captured / "design.json", captured / "raw.png", "-o", out, *CAMERA_OPTIONS, "--columns", 900,
+        "--sampling", sampling,
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert {path.name for path in out.iterdir()} == {
+        "upper.png", "lower.png", "disparity.png", "outcomes.png", "depth.png", "floor_plan.png", "points.ply",
+        "stereo.npz", "summary.json",
+    }  # fmt: skip
+    assert summary["outcomes"]["kept"] > 0.85
+    assert f"{summary['points']} points" in result.stdout
+    arrays = np.load(out / "stereo.npz")
+    shape = (summary["panorama"]["rows"], 900)
+    assert arrays["distance_mm"].shape == shape
+    wall = eccentric_wall(1700.0, 0.6)(np.radians(arrays["azimuth_deg"]))
+    assert np.nanmedian(np.abs(arrays["distance_mm"] / wall - 1)) < 0.02
+    depth = cv2.imread(str(out / "depth.png"), cv2.IMREAD_UNCHANGED)
+    assert depth.dtype == np.uint16
+    known = arrays["outcome"] == 0
+    np.testing.assert_array_equal(depth > 0, known)
+    unit = summary["depth_png_unit_mm"]
+    np.testing.assert_allclose(depth[known] * unit, arrays["distance_mm"][known], atol=0.51 * unit)
+    upper = cv2.imread(str(out / "upper.png"))
+    assert upper.shape == (*shape, 3)
+    assert upper[..., 0].mean() > 50
+    assert upper[..., 2].mean() < 1
+    assert summary["provenance"]["inputs"]["raw"]["file"] == "raw.png"
+
+
+def test_an_uncorrected_camera_gives_fewer_points(captured, tmp_path):
+    words = (captured / "design.json", captured / "raw.png", "--columns", 900, "-o")
+    corrected, plain = tmp_path / "corrected", tmp_path / "plain"
+    assert run(*words, corrected, *CAMERA_OPTIONS).exit_code == 0
+    assert run(*words, plain).exit_code == 0
+    points = [json.loads((folder / "summary.json").read_text())["points"] for folder in (corrected, plain)]
+    assert points[1] < 0.7 * points[0]
+
+
+def test_another_matcher_and_plain_sampling(captured, tmp_path):
+    words = ("--matcher", "semi-global", "--no-equalise", "--level-brightness", "--columns", 900)
+    result = run(captured / "design.json", captured / "raw.png", "-o", tmp_path / "out", *CAMERA_OPTIONS, *words)
+    assert result.exit_code == 0, result.output
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["outcomes"]["kept"] > 0.8
+    assert summary["equalisation_sigma_px"] is None
+    assert summary["request"]["matcher"] == "semi_global"
+
+
+def refused(*words: object, out: Path) -> str:
+    result = run(*words, "-o", out)
+    assert result.exit_code == 2, result.output
+    assert result.stdout == ""
+    assert not out.exists()
+    (line,) = result.stderr.splitlines()
+    return line
+
+
+@pytest.mark.parametrize("kept", [0, 5, 40, 5000, -13, -1])
+@pytest.mark.parametrize("ending", [".png", ".jpg"])
+def test_a_truncated_image_is_refused(captured, tmp_path, kept, ending):
+    image = cv2.imread(str(captured / "raw.png"))
+    _, encoded = cv2.imencode(ending, image)
+    path = tmp_path / f"cut{ending}"
+    path.write_bytes(encoded.tobytes()[:kept])
+    line = refused(captured / "design.json", path, out=tmp_path / "out")
+    assert f"cut{ending}: " in line
+    assert "truncated" in line or "not an image" in line
+
+
+def test_a_damaged_png_is_refused(captured, tmp_path):
+    data = bytearray((captured / "raw.png").read_bytes())
+    data[len(data) // 2] ^= 0xFF
+    (tmp_path / "bad.png").write_bytes(data)
+    assert "truncated or damaged" in refused(captured / "design.json", tmp_path / "bad.png", out=tmp_path / "out")
+
+
+def test_what_cannot_be_used_is_refused_in_a_line(captured, tmp_path):
+    design, raw, out = captured / "design.json", captured / "raw.png", tmp_path / "out"
+    assert "cannot be read" in refused(design, tmp_path / "none.png", out=out)
+    assert "cannot be read" in refused(tmp_path / "none.json", raw, out=out)
+    assert "not an image" in refused(design, design, out=out)
+    cv2.imwrite(str(tmp_path / "small.png"), np.zeros((480, 640), np.uint8))
+    assert "640 x 480 pixels, but the design's camera has 800 x 600" in refused(design, tmp_path / "small.png", out=out)
+    record = json.loads(design.read_text())
+    del record["views"]["lower"]["gain"]
+    (tmp_path / "incomplete.json").write_text(json.dumps(record))
+    assert "views.lower.gain: is required but missing" in refused(tmp_path / "incomplete.json", raw, out=out)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--window", 8), "must be odd"),
+        (("--distance-mm", 5000, 1000), "lower limit"),
+        (("--distance-mm", -5, 1000), "positive"),
+        (("--elevation-deg", 10, -10), "lower limit"),
+        (("--elevation-deg", -95, 0), "between -89 and 89"),
+        (("--scale", 0), "between 0.1 and 10"),
+        (("--noise-px", 0), "must be positive"),
+        (("--center", "nan", 3), "finite"),
+        (("--slab-mm", 5, 5), "lower limit"),
+    ],
+)
+def test_impossible_options_are_refused(captured, tmp_path, words, message):
+    assert message in refused(captured / "design.json", captured / "raw.png", *words, out=tmp_path / "out")
+
+
+def test_an_image_without_any_match_is_still_written(captured, tmp_path):
+    cv2.imwrite(str(tmp_path / "black.png"), np.zeros((600, 800), np.uint8))
+    result = run(captured / "design.json", tmp_path / "black.png", "-o", tmp_path / "out", "--columns", 900)
+    assert result.exit_code == 0, result.output
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["points"] == 0
+    assert summary["outcomes"]["no_texture"] > 0.9
