@@ -58,7 +58,7 @@ def solve_afresh(requirement: Requirement, configuration: Configuration) -> Ours
 
 def problems_of(requirement: Requirement, configuration: Configuration) -> Iterator[Problem]:
     """One problem for each lens and variant, impossible or not: no rule has a say here."""
-    fixed = tuple(sorted(fixed_parameters(requirement, configuration).items()))
+    fixed = tuple(sorted(fixed_parameters(requirement).items()))
     for lens in requirement.camera.lenses:
         rules = rules_of(requirement, lens)
         ranges = Ranges(requirement.baseline_range_mm, lens.principal_distances_mm)

@@ -112,10 +112,12 @@ def stop(process: subprocess.Popen[bytes], number: signal.Signals, after_seconds
 @pytest.mark.slow
 def test_a_killed_parent_leaves_no_process_behind(tmp_path):
     process = start(tmp_path / "study")
-    time.sleep(1.5)
+    deadline = time.monotonic() + 60
+    while len(members(process.pid)) < 4 and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert len(members(process.pid)) >= 4  # itself, the fork server and two workers at least
     process.kill()
     process.communicate(timeout=30)
-    deadline = time.monotonic() + 30
     while members(process.pid) and time.monotonic() < deadline:
         time.sleep(0.2)
     left = members(process.pid)

@@ -1,0 +1,209 @@
+"""SciPy's SLSQP on the optimiser's own programs, in place of their solver: the same variables, scaling and starts.
+
+An :class:`Instance` is one call that the search made of its solver, recorded with its arguments. SLSQP gets the same
+objective and constraints three ways: with CasADi's exact derivatives, with finite differences of the same compiled
+function, and with finite differences of the NumPy evaluation, as one would write it without CasADi.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from designer.optics.clearance import pair_up, separations
+from designer.optimise import program as programs
+from designer.optimise.assembly import VARIABLES, assemble
+from designer.optimise.program import GOALS, Menu, Separators
+from designer.optimise.screening import Problem, physical_values
+
+Array = NDArray[np.float64]
+
+# Both sides stop at these; constraints count as kept within the search's own tolerance.
+MOST_ITERATIONS = 150
+PRECISION = 1e-9
+TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Instance:
+    """One recorded call: the program's solver, what it was given, and what the program was built from."""
+
+    solver: Any
+    arguments: dict[str, Array]
+    problem: Problem
+    menu: Menu
+    separators: Separators
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """What a contestant made of an instance: processor seconds, objective, and the largest violation."""
+
+    seconds: float
+    objective: float
+    violation: float
+
+    @property
+    def is_feasible(self) -> bool:
+        """Whether bounds and constraints are kept."""
+        return self.violation <= TOLERANCE
+
+
+@contextmanager
+def recording() -> Iterator[list[Instance]]:
+    """Record every solver call that searches make meanwhile."""
+    instances: list[Instance] = []
+    original = programs._run
+
+    def run(problem: Problem, menu: Menu, separators: Separators, *rest: Any) -> Any:
+        built = programs.build_program(problem.variant, problem.fixed, menu)
+
+        class Recorder:
+            def __call__(self, **arguments: Array) -> Any:
+                instances.append(Instance(built.solver, arguments, problem, menu, separators))
+                return built.solver(**arguments)
+
+            def stats(self) -> Any:
+                return built.solver.stats()
+
+        recorded = programs.Program(Recorder(), built.equalities, built.rows)
+        builder, programs.build_program = programs.build_program, lambda *_: recorded
+        try:
+            return original(problem, menu, separators, *rest)
+        finally:
+            programs.build_program = builder
+
+    programs._run = run
+    try:
+        yield instances
+    finally:
+        programs._run = original
+
+
+def ours(instance: Instance) -> Attempt:
+    """The search's own solver."""
+    started = time.process_time()
+    result = instance.solver(**instance.arguments)
+    seconds = time.process_time() - started
+    return _attempt(instance, np.asarray(result["x"]).ravel(), seconds)
+
+
+def slsqp(instance: Instance, derivatives: str) -> Attempt:
+    """SLSQP with ``exact`` derivatives, or with finite differences of the ``compiled`` or the ``numpy`` functions."""
+    values, gradient, jacobian = _compiled(instance)
+    if derivatives == "numpy":
+        values = _plain(instance)
+    if derivatives != "exact":
+        gradient = jacobian = None
+    problem = _one_sided(instance, values, jacobian)
+    x0 = instance.arguments["x0"]
+    with np.errstate(all="ignore"):
+        started = time.process_time()
+        result = minimize(
+            lambda x: values(x)[0],
+            x0,
+            jac=gradient,
+            method="SLSQP",
+            bounds=list(zip(instance.arguments["lbx"], instance.arguments["ubx"], strict=True)),
+            constraints=problem,
+            options={"maxiter": MOST_ITERATIONS, "ftol": PRECISION},
+        )
+        seconds = time.process_time() - started
+    return _attempt(instance, np.asarray(result.x), seconds)
+
+
+Values = Callable[[Array], tuple[float, Array]]
+
+
+def _compiled(instance: Instance) -> tuple[Values, Callable[[Array], Array], Callable[[Array], Array]]:
+    """Objective and constraints, gradient and Jacobian, from the very expressions the program holds."""
+    oracle, parameters = instance.solver.oracle(), instance.arguments["p"]
+    value = oracle.factory("value", ["x", "p"], ["f", "g"])
+    slope = oracle.factory("slope", ["x", "p"], ["grad:f:x"])
+    slopes = oracle.factory("slopes", ["x", "p"], ["jac:g:x"])
+
+    def values(x: Array) -> tuple[float, Array]:
+        objective, constraints = value(x, parameters)
+        return float(objective), np.asarray(constraints).ravel()
+
+    return (
+        _last(values),
+        lambda x: np.asarray(slope(x, parameters)).ravel(),
+        lambda x: np.asarray(slopes(x, parameters).full()),
+    )
+
+
+def _plain(instance: Instance) -> Values:
+    """Objective and constraints as NumPy evaluates them, in the program's order."""
+    problem, menu, choice = instance.problem, instance.menu, instance.separators
+    parameters = instance.arguments["p"]
+    first = len(programs.RULE_NAMES) + 2 * len(VARIABLES)
+    weights = parameters[first : first + len(GOALS) + 1]
+    scales = parameters[first + len(GOALS) + 1 : first + 2 * len(GOALS) + 1]
+    near = [bool(directions) for directions in (*menu.legs, *menu.solids)]
+
+    def values(x: Array) -> tuple[float, Array]:
+        slack = x[-1]
+        physical = physical_values(problem, x[:-1, None])
+        assembly = assemble(problem.variant, physical, problem.rules, problem.fixed_values)
+        residuals = [np.ravel(item.value)[0] / item.scale for item in assembly.constraints]
+        light, bodies = separations(assembly.layout, pair_up(assembly.layout))
+        spare = [
+            1.0 if direction == programs.FAR else along[direction, row, 0] - problem.rules.clearance
+            for directions, along in ((choice.legs, light), (choice.solids, bodies))
+            for row, direction in enumerate(directions)
+        ]
+        goals = np.array([np.ravel(getattr(assembly, name))[0] for name in GOALS]) / scales
+        rows = [np.array(residuals) + slack, np.array(spare)[near] + slack, goals]
+        return float(weights @ np.append(goals, slack)), np.concatenate(rows)
+
+    return _last(values)
+
+
+def _last(values: Values) -> Values:
+    """Remember the last point: SLSQP asks for objective and constraints one after the other."""
+    known: list[Any] = [None, None]
+
+    def remembered(x: Array) -> tuple[float, Array]:
+        if known[0] is None or not np.array_equal(known[0], x):
+            known[:] = [x.copy(), values(x)]
+        return known[1]  # type: ignore[no-any-return]
+
+    return remembered
+
+
+def _one_sided(instance: Instance, values: Values, jacobian: Callable[[Array], Array] | None) -> list[dict[str, Any]]:
+    """The two-sided constraints as SLSQP wants them; rows without bounds are dropped."""
+    lower, upper = instance.arguments["lbg"], instance.arguments["ubg"]
+    equal = np.flatnonzero(lower == upper)
+    above = np.flatnonzero(np.isfinite(lower) & (lower != upper))
+    below = np.flatnonzero(np.isfinite(upper) & (lower != upper))
+    kinds: list[dict[str, Any]] = [
+        {
+            "type": "ineq",
+            "fun": lambda x: np.concatenate([values(x)[1][above] - lower[above], upper[below] - values(x)[1][below]]),
+        }
+    ]
+    if equal.size:
+        kinds.append({"type": "eq", "fun": lambda x: values(x)[1][equal] - lower[equal]})
+    if jacobian is not None:
+        kinds[0]["jac"] = lambda x: np.concatenate([jacobian(x)[above], -jacobian(x)[below]])
+        if equal.size:
+            kinds[1]["jac"] = lambda x: jacobian(x)[equal]
+    return kinds
+
+
+def _attempt(instance: Instance, x: Array, seconds: float) -> Attempt:
+    arguments = instance.arguments
+    objective, constraints = instance.solver.oracle()(x, arguments["p"])
+    rows = np.asarray(constraints).ravel()
+    excess = [arguments["lbg"] - rows, rows - arguments["ubg"], arguments["lbx"] - x, x - arguments["ubx"]]
+    violation = float(np.max(np.concatenate(excess)))
+    return Attempt(seconds, float(objective), violation if np.isfinite(violation) else np.inf)
