@@ -21,6 +21,7 @@ Pair = tuple[float, float]
 @click.argument("raw", type=click.Path(path_type=Path))
 @click.option("-o", "--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
 @click.option("--center", type=(float, float), metavar="U V", help="Pixel that the mirrors' axis hits.")
+@click.option("--find-center", is_flag=True, help="Find that pixel within 8 pixels of the given or designed one.")
 @click.option("--rotation-deg", type=float, default=0.0, help="Turn of the image, from +u towards +v.")
 @click.option("--scale", type=float, default=1.0, help="Magnification of the image against the design.")
 @click.option("--sampling", type=click.Choice(["spherical", "cylindrical"]), default="spherical", show_default=True)
@@ -43,8 +44,15 @@ def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
     from designer.imaging.results import StereoRequest, process, write_results
 
     image = read_raw_image(raw, record.camera)
+    placement = _placement(record, asked)
+    if asked["find_center"]:
+        from designer.imaging.centring import find_centre
+        from designer.imaging.sensor import in_grey
+
+        placement = find_centre(record, in_grey(image), placement, distances_mm=asked["distance_mm"])
+        click.echo("center: {:.2f} {:.2f}".format(*placement.center_px))
     request = StereoRequest(
-        placement=_placement(record, asked),
+        placement=placement,
         sampling=asked["sampling"],
         columns=asked["columns"],
         elevation_deg=asked["elevation_deg"],

@@ -113,6 +113,11 @@ def sample(sensor: Sensor, raw: Image) -> dict[ViewName, Image]:
     }
 
 
+def in_grey(raw: Image) -> Image:
+    """A raw image as grey, (height, width)."""
+    return raw if raw.ndim == 2 else np.asarray(cv2.cvtColor(raw, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+
+
 def panoramas(sensor: Sensor, raw: Image) -> dict[ViewName, Image]:
     """Both panoramas, (rows, columns[, 3]), of a raw image."""
     return {view: panorama_of(lines) for view, lines in sample(sensor, raw).items()}
@@ -120,8 +125,7 @@ def panoramas(sensor: Sensor, raw: Image) -> dict[ViewName, Image]:
 
 def match_image(sensor: Sensor, raw: Image, options: MatchingOptions = DEFAULT_OPTIONS) -> Matches:
     """Disparities, distances and outcomes of a raw image; colour is matched in grey."""
-    grey = raw if raw.ndim == 2 else np.asarray(cv2.cvtColor(raw, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
-    lines = sample(sensor, grey)
+    lines = sample(sensor, in_grey(raw))
     return match(sensor.grid, sensor.search, lines["upper"], lines["lower"], sensor.imaged, options)
 
 

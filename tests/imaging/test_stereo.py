@@ -75,6 +75,16 @@ def test_an_uncorrected_camera_gives_fewer_points(captured, tmp_path):
     assert points[1] < 0.7 * points[0]
 
 
+def test_the_centre_can_be_found(captured, tmp_path):
+    words = ("--find-center", "--rotation-deg", 20, "--scale", 0.98, "--columns", 900)
+    result = run(captured / "design.json", captured / "raw.png", "-o", tmp_path / "out", *words)
+    assert result.exit_code == 0, result.output
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    np.testing.assert_allclose(summary["request"]["placement"]["center_px"], PLACEMENT.center_px, atol=0.05)
+    assert result.stdout.startswith("center: ")
+    assert summary["outcomes"]["kept"] > 0.85
+
+
 def test_another_matcher_and_plain_sampling(captured, tmp_path):
     words = ("--matcher", "semi-global", "--no-equalise", "--level-brightness", "--columns", 900)
     result = run(captured / "design.json", captured / "raw.png", "-o", tmp_path / "out", *CAMERA_OPTIONS, *words)
