@@ -165,14 +165,16 @@ class _Symbols:
 
 
 @lru_cache(maxsize=128)
-def _build_symbols(variant: Variant, fixed: tuple[tuple[str, float], ...]) -> _Symbols:
-    scaled = casadi.SX.sym("scaled", len(VARIABLES))
+def _build_symbols(variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...]) -> _Symbols:
+    scaled = casadi.SX.sym("scaled", len(free))
+    # A variable without a choice is its lower end, a parameter: no derivatives by it are ever needed.
+    position = {name: scaled[i] for i, name in enumerate(free)}
     numbers = casadi.SX.sym("rules", len(RULE_NAMES))
     low, high = casadi.SX.sym("low", len(VARIABLES)), casadi.SX.sym("high", len(VARIABLES))
     weights, scales = casadi.SX.sym("weights", len(GOALS) + 1), casadi.SX.sym("scales", len(GOALS))
     rules = Rules(*(numbers[i] for i in range(len(RULE_NAMES))))
     values = {
-        name: physical(variant, name, scaled[i], low[i], high[i], _is_logarithmic(variant, name))
+        name: physical(variant, name, position.get(name, 0.0), low[i], high[i], _is_logarithmic(variant, name))
         for i, name in enumerate(VARIABLES)
     }
     assembly = assemble(variant, values, rules, dict(fixed))
@@ -183,9 +185,9 @@ def _build_symbols(variant: Variant, fixed: tuple[tuple[str, float], ...]) -> _S
 
 
 @lru_cache(maxsize=512)
-def build_program(variant: Variant, fixed: tuple[tuple[str, float], ...], menu: Menu) -> Program:
-    """Build the program of a variant for one menu of separators."""
-    symbols = _build_symbols(variant, fixed)
+def build_program(variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], menu: Menu) -> Program:
+    """Build the program of a variant, with the given variables free, for one menu of separators."""
+    symbols = _build_symbols(variant, fixed, free)
     assembly = symbols.assembly
     slack = casadi.SX.sym("slack")
     equal = np.array([constraint.equality for constraint in assembly.constraints])
@@ -195,11 +197,14 @@ def build_program(variant: Variant, fixed: tuple[tuple[str, float], ...], menu: 
     goals = casadi.vertcat(assembly.depth_error, assembly.height, assembly.diameter, assembly.volume) / symbols.scales
     twins = residuals[np.flatnonzero(equal).tolist()] - slack if equal.any() else casadi.SX(0, 1)
     constraints = casadi.vertcat(residuals + slack, clear + slack, twins, goals)
+    objective = casadi.dot(symbols.weights, casadi.vertcat(goals, slack))
+    # Rows share most of their geometry; found once, it is computed once, and so are its derivatives.
+    shared = casadi.cse(casadi.vertcat(objective, constraints))
     problem = {
         "x": casadi.vertcat(symbols.scaled, slack),
         "p": casadi.vertcat(symbols.parameters, chosen),
-        "f": casadi.dot(symbols.weights, casadi.vertcat(goals, slack)),
-        "g": constraints,
+        "f": shared[0],
+        "g": shared[1:],
     }
     solver = casadi.nlpsol("program", "ipopt", problem, IPOPT_OPTIONS)
     equalities = np.concatenate([equal, np.zeros(clear.shape[0], dtype=bool)])
@@ -280,7 +285,9 @@ def _run(
     violation: float | None,
 ) -> Outcome:
     elastic = violation is not None
-    program = build_program(problem.variant, problem.fixed, menu)
+    free = [not problem.box[name].is_fixed for name in VARIABLES]
+    names = tuple(name for name, is_free in zip(VARIABLES, free, strict=True) if is_free)
+    program = build_program(problem.variant, problem.fixed, names, menu)
     ends = np.array([problem.box[name].scaled_ends for name in VARIABLES])
     weights = np.array([1.0 if name == goal.minimise else 0.0 for name in GOALS] + [1.0 if elastic else 0.0])
     numbers = rule_values(problem.rules)
@@ -297,20 +304,21 @@ def _run(
     for name, bound in goal.bounds:
         index = GOALS.index(name)
         upper[program.rows - len(GOALS) + index] = bound / scales[index]
-    free = ends[:, 0] != ends[:, 1]
-    x0 = np.append(np.where(free, np.clip(start, 0.0, 1.0), 0.0), violation or 0.0)
+    x0 = np.append(np.clip(start[free], 0.0, 1.0), violation or 0.0)
     result = program.solver(
         x0=x0,
         p=parameters,
         lbx=np.zeros(len(x0)),
-        ubx=np.append(np.where(free, 1.0, 0.0), 1e4 if elastic else 0.0),
+        ubx=np.append(np.ones(len(names)), 1e4 if elastic else 0.0),
         lbg=lower,
         ubg=upper,
     )
     stats = program.solver.stats()
     point = np.asarray(result["x"]).ravel()
+    scaled = np.zeros(len(VARIABLES))
+    scaled[free] = point[:-1]
     return Outcome(
-        point[:-1],
+        scaled,
         float(point[-1]),
         float(result["f"]),
         bool(stats["success"]),
