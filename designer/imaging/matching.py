@@ -55,8 +55,9 @@ class MatchingOptions:
     of neighbours along the scan line, in grey levels; ``reverse_tolerance`` in rows; islands of up to
     ``speckle_size`` pixels whose disparity differs by more than ``speckle_difference`` rows from their surroundings
     are dropped (0 keeps them). A match is unlike if the mean absolute difference that remains at it exceeds both
-    ``largest_difference`` times the contrast and ``noise_floor`` grey levels. ``level_brightness`` first takes each
-    image's own local mean away, for cameras whose two views are not equally bright.
+    ``largest_difference`` times the contrast and ``noise_floor`` grey levels. A least contrast of 0 and an infinite
+    difference skip the two checks. ``level_brightness`` first takes each image's own local mean away, for cameras
+    whose two views are not equally bright.
     """
 
     matcher: Matcher = "sad"
@@ -259,16 +260,18 @@ def _judged(
     at_edge = (rows_lower <= 0) | (rows_lower >= grid.rows - 1)
     np.clip(rows_lower, 0, grid.rows - 1, out=rows_lower)
     matched = rows_lower + (np.arange(len(whole)) * grid.rows)[:, None]
-    contrast = _contrast(upper, options.window)
-    expected = np.maximum(contrast * np.float32(options.largest_difference), np.float32(options.noise_floor))
     near, far = search.distances_mm
     reasons = {
-        Outcome.UNLIKE: candidates.remaining > expected * np.float32(options.window**2),
         Outcome.REVERSE_CHECK: np.abs(_taken(candidates.reverse, matched) - whole) > options.reverse_tolerance,
         Outcome.OUT_OF_RANGE: candidates.at_end | (distances < near) | (distances > far),
         Outcome.BORDER: ~candidates.found | (candidates.at_end & at_edge),
-        Outcome.NO_TEXTURE: contrast < options.least_contrast,
     }
+    if options.least_contrast > 0 or np.isfinite(options.largest_difference):
+        contrast = _contrast(upper, options.window)
+        reasons[Outcome.NO_TEXTURE] = contrast < options.least_contrast
+        if np.isfinite(options.largest_difference):
+            explained = np.maximum(contrast * np.float32(options.largest_difference), np.float32(options.noise_floor))
+            reasons[Outcome.UNLIKE] = candidates.remaining > explained * np.float32(options.window**2)
     if imaged is not None:
         reasons[Outcome.OUTSIDE_ZONE] = ~(imaged[0] & _taken(imaged[1], matched))
     outcomes = np.zeros(whole.shape, np.uint8)
