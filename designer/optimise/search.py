@@ -28,7 +28,7 @@ from designer.optimise.descent import (
     make_feasible,
 )
 from designer.optimise.feasibility import why_fixed_conflicts, why_impossible
-from designer.optimise.program import Goal, Separators
+from designer.optimise.program import SOLVED, Goal, Separators
 from designer.optimise.rules import rules_of
 from designer.optimise.screening import (
     LARGE_GAIN_SHARE,
@@ -48,7 +48,6 @@ MOST_DESIGNS_IN_SECOND_STAGE = 6
 # Nobody should hear "infeasible" for want of starts: so many times more are tried before it is said, with small gains
 # too, which waste the image but let the light pass where large ones do not.
 MORE_STARTS_IF_INFEASIBLE = 3
-_SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,7 +253,7 @@ def _all_statuses(branches: list[_Branch]) -> dict[str, int]:
 
 def _infeasible(configuration: Configuration, branches: list[_Branch]) -> SearchResult:
     statuses = _all_statuses(branches)
-    if not any(status in statuses for status in _SOLVED):
+    if not any(status.endswith(SOLVED) for status in statuses):
         said = ", ".join(f"{status} ({count})" for status, count in statuses.items())
         return SearchResult(configuration, "failed", f"the solver never came to an end: {said}", statuses=statuses)
     misses = [branch.miss for branch in branches if branch.miss is not None]
