@@ -47,7 +47,7 @@ from designer.requirement import Requirement
 MOST_DESIGNS_IN_SECOND_STAGE = 6
 # Nobody should hear "infeasible" for want of starts: so many times more are tried before it is said, with small gains
 # too, which waste the image but let the light pass where large ones do not.
-MORE_STARTS_IF_INFEASIBLE = 3
+MORE_STARTS_IF_INFEASIBLE = 2
 
 
 @dataclass(frozen=True, slots=True)
