@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 # Random designs screened for every start that is kept, and how many of them have all their clearances looked at.
 DESIGNS_PER_START = 384
-CLEARANCES_PER_START = 12
+CLEARANCES_PER_START = 8
 # Starts nearer to each other than this, as a share of the unit box, lead to the same place.
 LEAST_DISTANCE = 0.12
 # A gain is first drawn between this share of the largest possible and all of it: the objective wants it large.
