@@ -16,6 +16,7 @@ from designer.cli.render import render
 from designer.cli.requirement import init
 from designer.cli.stereo import stereo
 from designer.cli.study import report, study
+from designer.cli.sweep import sweep
 from designer.files import InputError
 
 INPUT_ERROR, FAILURE, INTERRUPTED, TERMINATED = 2, 1, 130, 143
@@ -50,7 +51,7 @@ def cli() -> None:
     """Design single-camera catadioptric stereo systems: 44 configurations, optimised, traced, ranked."""
 
 
-for command in (study, configurations, trace, evaluate, init, report, render, stereo):
+for command in (study, configurations, trace, evaluate, init, report, render, stereo, sweep):
     cli.add_command(command)
 
 

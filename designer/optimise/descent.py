@@ -116,6 +116,8 @@ def make_feasible(task: Task, starts: Sequence[Candidate]) -> list[Candidate]:
     best = list(starts)
     choices = [start.separators for start in starts]
     active = [index for index, start in enumerate(starts) if not start.is_feasible]
+    if not active:
+        return best
     for _ in range(ROUNDS):
         menu = task.offer(choices[index] for index in active)
         again = []
