@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from designer.files import InputError
+
 if TYPE_CHECKING:
     from designer.study.sweep.run import SweepProgress
 
@@ -20,8 +22,12 @@ LINES_WITHOUT_TERMINAL = 100
 @click.argument("sweep", type=click.Path(path_type=Path), metavar="SWEEP.toml")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for the results.  [default: reports/NAME]")
 @click.option("--jobs", type=click.IntRange(min=1), help="Processes to work with.  [default: one for each core]")
+@click.option("--scheduler", metavar="ADDRESS", help="Work on the Dask cluster whose scheduler is at ADDRESS.")
+@click.option("--workers", type=click.IntRange(min=1), help="Work on a local Dask cluster of so many workers.")
 @click.option("--quiet", is_flag=True, help="Print nothing.")
-def sweep(sweep: Path, out: Path | None, jobs: int | None, quiet: bool) -> None:
+def sweep(
+    sweep: Path, out: Path | None, jobs: int | None, scheduler: str | None, workers: int | None, quiet: bool
+) -> None:
     """Solve every configuration for many requirements; interrupted, the same command goes on where it was."""
     from designer.cli.study import cores
     from designer.study.sweep.definition import read_sweep
@@ -31,8 +37,15 @@ def sweep(sweep: Path, out: Path | None, jobs: int | None, quiet: bool) -> None:
 
     from designer.study.sweep.run import run_sweep
 
+    cluster = None
+    if scheduler is not None or workers is not None:
+        if jobs is not None or (scheduler is not None and workers is not None):
+            raise InputError("give one of --jobs, --workers and --scheduler")
+        from designer.study.sweep.cluster import cluster_workers
+
+        cluster = cluster_workers(scheduler, workers)
     with _show_progress(quiet) as progress:
-        run_sweep(definition, base, folder, jobs=jobs or cores(), progress=progress)
+        run_sweep(definition, base, folder, jobs=jobs or cores(), workers=cluster, progress=progress)
     if not quiet:
         click.echo(_result(folder))
 

@@ -80,7 +80,7 @@ def _solve(
             }
         if result.status == "feasible":
             assert result.best is not None
-            verdict = judge(record_of(requirement, result.best))
+            verdict = judge(record_of(requirement, result.best), whole_image=False)
             if verdict.passed:
                 row |= _scores(result)
             else:
@@ -118,5 +118,9 @@ def _scores(result: SearchResult) -> dict[str, Any]:
 
 
 def _trail(item: dict[str, Any]) -> Trail:
-    chosen = item["separators"]
-    return Trail(**(item | {"separators": Separators(tuple(chosen["legs"]), tuple(chosen["solids"]))}))
+    known = {name: _separators(item[name]) for name in ("separators", "second_separators")}
+    return Trail(**(item | known))
+
+
+def _separators(chosen: dict[str, list[int]] | None) -> Separators | None:
+    return None if chosen is None else Separators(tuple(chosen["legs"]), tuple(chosen["solids"]))
