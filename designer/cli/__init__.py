@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 
 import click
 
+from designer.cli.compare import compare
 from designer.cli.designs import evaluate, trace
 from designer.cli.listing import configurations
 from designer.cli.render import render
@@ -51,7 +52,7 @@ def cli() -> None:
     """Design single-camera catadioptric stereo systems: 44 configurations, optimised, traced, ranked."""
 
 
-for command in (study, configurations, trace, evaluate, init, report, render, stereo, sweep):
+for command in (study, configurations, trace, evaluate, init, report, render, stereo, sweep, compare):
     cli.add_command(command)
 
 

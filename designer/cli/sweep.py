@@ -24,9 +24,16 @@ LINES_WITHOUT_TERMINAL = 100
 @click.option("--jobs", type=click.IntRange(min=1), help="Processes to work with.  [default: one for each core]")
 @click.option("--scheduler", metavar="ADDRESS", help="Work on the Dask cluster whose scheduler is at ADDRESS.")
 @click.option("--workers", type=click.IntRange(min=1), help="Work on a local Dask cluster of so many workers.")
+@click.option("--no-pdf", is_flag=True, help="Leave out sweep.pdf and its figures.")
 @click.option("--quiet", is_flag=True, help="Print nothing.")
 def sweep(
-    sweep: Path, out: Path | None, jobs: int | None, scheduler: str | None, workers: int | None, quiet: bool
+    sweep: Path,
+    out: Path | None,
+    jobs: int | None,
+    scheduler: str | None,
+    workers: int | None,
+    no_pdf: bool,
+    quiet: bool,
 ) -> None:
     """Solve every configuration for many requirements; interrupted, the same command goes on where it was."""
     from designer.cli.study import cores
@@ -46,8 +53,18 @@ def sweep(
         cluster = cluster_workers(scheduler, workers)
     with _show_progress(quiet) as progress:
         run_sweep(definition, base, folder, jobs=jobs or cores(), workers=cluster, progress=progress)
+    pdf = None if no_pdf else _typeset(folder)
     if not quiet:
-        click.echo(_result(folder))
+        click.echo(_result(folder, pdf))
+
+
+def _typeset(folder: Path) -> Path | None:
+    """The report; None if nothing is feasible."""
+    from designer.report.sweep import write_sweep_pdf
+    from designer.study.sweep.export import read_sweep_results
+
+    has_designs = (read_sweep_results(folder)["status"] == "feasible").any()
+    return write_sweep_pdf(folder) if has_designs else None
 
 
 @contextmanager
@@ -83,7 +100,7 @@ def _show_progress(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | No
             click.echo("", err=True)
 
 
-def _result(folder: Path) -> str:
+def _result(folder: Path, pdf: Path | None) -> str:
     from designer.study.sweep.export import read_sweep_results, winners
 
     frame = read_sweep_results(folder)
@@ -92,4 +109,6 @@ def _result(folder: Path) -> str:
     wins = best["configuration"].value_counts().head(5)
     lines = [f"{count:6d}  {name}" for name, count in wins.items()]
     header = [f"{frame['point'].nunique()} requirements; most often best:"] if lines else []
-    return "\n".join([*header, *lines, f"{len(frame)} configuration problems: {counts}", str(folder / "results.csv")])
+    return "\n".join(
+        [*header, *lines, f"{len(frame)} configuration problems: {counts}", str(pdf or folder / "results.csv")]
+    )

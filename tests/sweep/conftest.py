@@ -35,9 +35,14 @@ def quick_sweep(tmp_path):
 
 
 @pytest.fixture(scope="session")
-def undisturbed(tmp_path_factory):
-    """Results of the quick sweep in one go, by two processes."""
+def finished_folder(tmp_path_factory):
+    """The folder of the quick sweep, solved in one go by two processes."""
     folder = tmp_path_factory.mktemp("undisturbed")
     definition, base = read_sweep(write_quick_sweep(folder))
     run_sweep(definition, base, folder / "out", jobs=2)
-    return read_sweep_results(folder / "out")
+    return folder / "out"
+
+
+@pytest.fixture(scope="session")
+def undisturbed(finished_folder):
+    return read_sweep_results(finished_folder)

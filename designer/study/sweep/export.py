@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import io
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -69,6 +70,19 @@ def axis_columns(frame: pd.DataFrame) -> list[str]:
 def winners(frame: pd.DataFrame) -> pd.DataFrame:
     """The best design of each point; points without one are left out."""
     return frame[frame["rank"] == 1].reset_index(drop=True)
+
+
+def pareto(table: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
+    """The rows that no other row beats or equals in every column while beating it in one; smaller is better."""
+    ordered = table.sort_values(list(columns), kind="stable")
+    values = ordered[list(columns)].to_numpy(dtype=float)
+    kept: list[int] = []
+    for index, row in enumerate(values):
+        front = values[kept]
+        # Sorted by the first column, nothing that comes later can beat what is kept.
+        if not len(kept) or not (front <= row).all(axis=1).any():
+            kept.append(index)
+    return ordered.iloc[kept]
 
 
 def _ranks(frame: pd.DataFrame, base: Requirement) -> pd.Series[int]:

@@ -55,13 +55,18 @@ def solve_task(base: Requirement, coordinates: dict[str, float], chunk: int, par
     """
     started = time.perf_counter()
     requirement = requirement_at(base, coordinates)
-    known = json.loads(parent) if parent is not None else {}
+    known = read_trails(parent) if parent is not None else {}
     rows, trails = [], {}
     for configuration in chunks_of(base)[chunk]:
-        row, found = _solve(requirement, configuration, [_trail(item) for item in known.get(configuration.name, [])])
+        row, found = _solve(requirement, configuration, known.get(configuration.name, []))
         rows.append(row)
         trails[configuration.name] = [asdict(trail) for trail in found]
     return TaskResult(rows, json.dumps(trails, separators=(",", ":")), time.perf_counter() - started)
+
+
+def read_trails(text: str) -> dict[str, list[Trail]]:
+    """Trails by configuration, from the JSON of a task."""
+    return {name: [_trail(item) for item in items] for name, items in json.loads(text).items()}
 
 
 def _solve(
