@@ -214,25 +214,32 @@ def _goal_scales(problem: Problem) -> tuple[float, ...]:
 def _first_stage(requirement: Requirement, branch: _Branch, trail: Trail | None) -> None:
     """Solve for the first objective from every start."""
     task, goal = branch.task, Goal(requirement.objective.minimise)
+    misses: list[Candidate] = []
+    few, many = requirement.solve.starts, MORE_STARTS_IF_INFEASIBLE * requirement.solve.starts
+    rounds = [(few, LARGE_GAIN_SHARE), (many, SMALLEST_GAIN_SHARE)]
     if trail is not None:
         branch.known = trail
         followed = follow(task, _moved(task, trail.first), trail.separators, goal) if trail.is_feasible else None
         if followed is not None:
             branch.designs = [followed]
             return
-        reached = make_feasible(task, [examine(task, _moved(task, trail.first), trail.separators)])
-        if reached[0].is_feasible:
-            branch.designs = improve(task, reached, goal)
+        neighbours = [examine(task, _moved(task, trail.first), trail.separators)]
+        if trail.second is not None and trail.second_separators is not None:
+            neighbours.append(examine(task, _moved(task, trail.second), trail.second_separators))
+        reached = make_feasible(task, neighbours)
+        feasible = [candidate for candidate in reached if candidate.is_feasible]
+        if feasible:
+            branch.designs = improve(task, feasible, goal)
             return
         if not trail.is_feasible:
             branch.miss = reached[0]
             return
+        # Most likely a constraint has closed in on the neighbour's designs; a look elsewhere need not be as long.
+        misses, rounds = reached, rounds[:1]
     variant = task.problem.variant
     key = zlib.crc32(f"{variant.configuration.name}/{variant.label}".encode())
     random = np.random.default_rng([requirement.solve.seed, key])
-    misses: list[Candidate] = []
-    few, many = requirement.solve.starts, MORE_STARTS_IF_INFEASIBLE * requirement.solve.starts
-    for starts, least_gain_share in ((few, LARGE_GAIN_SHARE), (many, SMALLEST_GAIN_SHARE)):
+    for starts, least_gain_share in rounds:
         reached = make_feasible(task, _starts(task, starts, random, least_gain_share))
         feasible = [candidate for candidate in reached if candidate.is_feasible]
         if feasible:

@@ -31,7 +31,7 @@ from designer.study.sweep.store import read_store
 WIDTH_MM = 168.0
 LISTED_WINNERS = 15
 # Multipliers are shown for so many winners, spread over the sweep.
-SENSITIVITIES_SHOWN = 12
+SENSITIVITIES_SHOWN = 10
 SMALLEST_SLOPE_SHOWN = 1e-4
 FRONT_COLUMNS = ("depth_error_rms", "height_mm", "diameter_mm")
 

@@ -134,7 +134,7 @@ SPOILT = {
     "shifted vertex": ("mirrors", 0, "vertex_mm", lambda value: value + 0.01),
     "wrong conic": ("mirrors", 1, "conic", lambda value: value * 1.001),
     "cut rim": ("mirrors", 2, "outer_radius_mm", lambda value: value - 1.0),
-    "swollen lens": ("camera", None, "lens_radius_mm", lambda value: 2.0 * value),
+    "lens among the mirrors": ("camera", None, "lens_front_mm", lambda value: value + 60.0),
 }
 
 
