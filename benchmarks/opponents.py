@@ -20,7 +20,7 @@ from scipy.optimize import minimize
 from designer.optics.clearance import pair_up, separations
 from designer.optimise import program as programs
 from designer.optimise.assembly import VARIABLES, assemble
-from designer.optimise.program import GOALS, Menu, Separators
+from designer.optimise.program import GOALS, Menu, Program, Separators
 from designer.optimise.screening import Problem, physical_values
 
 Array = NDArray[np.float64]
@@ -33,13 +33,18 @@ TOLERANCE = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Instance:
-    """One recorded call: the program's solver, what it was given, and what the program was built from."""
+    """One recorded call: the program, what its solver was given, and what the program was built from."""
 
-    solver: Any
+    program: Program
     arguments: dict[str, Array]
     problem: Problem
     menu: Menu
     separators: Separators
+
+    @property
+    def oracle(self) -> Any:
+        """Objective and constraints as a CasADi function of x and p."""
+        return self.program.solver.oracle()
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,41 +61,63 @@ class Attempt:
         return self.violation <= TOLERANCE
 
 
-@contextmanager
-def recording() -> Iterator[list[Instance]]:
-    """Record every solver call that searches make meanwhile."""
-    instances: list[Instance] = []
-    original = programs._run
+class _Recorder:
+    """A program that notes what its solver is given."""
 
-    def run(problem: Problem, menu: Menu, separators: Separators, *rest: Any) -> Any:
-        built = programs.build_program(problem.variant, problem.fixed, menu)
+    def __init__(self, program: Program, note: Callable[[dict[str, Array]], None]) -> None:
+        self._program, self._note = program, note
 
-        class Recorder:
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._program, name)
+
+    @property
+    def solver(self) -> Any:
+        solver, note = self._program.solver, self._note
+
+        class Solver:
             def __call__(self, **arguments: Array) -> Any:
-                instances.append(Instance(built.solver, arguments, problem, menu, separators))
-                return built.solver(**arguments)
+                note(arguments)
+                return solver(**arguments)
 
             def stats(self) -> Any:
-                return built.solver.stats()
+                return solver.stats()
 
-        recorded = programs.Program(Recorder(), built.equalities, built.rows)
-        builder, programs.build_program = programs.build_program, lambda *_: recorded
+        return Solver()
+
+
+@contextmanager
+def recording() -> Iterator[list[Instance]]:
+    """Record every program that searches solve meanwhile."""
+    instances: list[Instance] = []
+    run, build = programs._run, programs.build_program
+
+    def recorded_run(problem: Problem, menu: Menu, separators: Separators, *rest: Any) -> Any:
+        def recorded_build(*arguments: Any) -> Any:
+            program = build(*arguments)
+            return _Recorder(
+                program, lambda given: instances.append(Instance(program, given, problem, menu, separators))
+            )
+
+        programs.build_program = recorded_build
         try:
-            return original(problem, menu, separators, *rest)
+            return run(problem, menu, separators, *rest)
         finally:
-            programs.build_program = builder
+            programs.build_program = build
 
-    programs._run = run
+    programs._run = recorded_run
     try:
         yield instances
     finally:
-        programs._run = original
+        programs._run = run
 
 
 def ours(instance: Instance) -> Attempt:
-    """The search's own solver."""
+    """The search's own solvers: the fast one, and the robust one where that fails."""
+    program = instance.program
     started = time.process_time()
-    result = instance.solver(**instance.arguments)
+    result = program.solver(**instance.arguments)
+    if not program.solver.stats()["success"]:
+        result = program.robust_solver(**instance.arguments)
     seconds = time.process_time() - started
     return _attempt(instance, np.asarray(result["x"]).ravel(), seconds)
 
@@ -124,7 +151,7 @@ Values = Callable[[Array], tuple[float, Array]]
 
 def _compiled(instance: Instance) -> tuple[Values, Callable[[Array], Array], Callable[[Array], Array]]:
     """Objective and constraints, gradient and Jacobian, from the very expressions the program holds."""
-    oracle, parameters = instance.solver.oracle(), instance.arguments["p"]
+    oracle, parameters = instance.oracle, instance.arguments["p"]
     value = oracle.factory("value", ["x", "p"], ["f", "g"])
     slope = oracle.factory("slope", ["x", "p"], ["grad:f:x"])
     slopes = oracle.factory("slopes", ["x", "p"], ["jac:g:x"])
@@ -148,10 +175,13 @@ def _plain(instance: Instance) -> Values:
     weights = parameters[first : first + len(GOALS) + 1]
     scales = parameters[first + len(GOALS) + 1 : first + 2 * len(GOALS) + 1]
     near = [bool(directions) for directions in (*menu.legs, *menu.solids)]
+    free = [not problem.box[name].is_fixed for name in VARIABLES]
 
     def values(x: Array) -> tuple[float, Array]:
         slack = x[-1]
-        physical = physical_values(problem, x[:-1, None])
+        scaled = np.zeros(len(VARIABLES))
+        scaled[free] = x[:-1]
+        physical = physical_values(problem, scaled[:, None])
         assembly = assemble(problem.variant, physical, problem.rules, problem.fixed_values)
         residuals = [np.ravel(item.value)[0] / item.scale for item in assembly.constraints]
         light, bodies = separations(assembly.layout, pair_up(assembly.layout))
@@ -194,15 +224,19 @@ def _one_sided(instance: Instance, values: Values, jacobian: Callable[[Array], A
     if equal.size:
         kinds.append({"type": "eq", "fun": lambda x: values(x)[1][equal] - lower[equal]})
     if jacobian is not None:
-        kinds[0]["jac"] = lambda x: np.concatenate([jacobian(x)[above], -jacobian(x)[below]])
+        kinds[0]["jac"] = lambda x: _signed(jacobian(x), above, below)
         if equal.size:
             kinds[1]["jac"] = lambda x: jacobian(x)[equal]
     return kinds
 
 
+def _signed(rows: Array, above: Array, below: Array) -> Array:
+    return np.concatenate([rows[above], -rows[below]])
+
+
 def _attempt(instance: Instance, x: Array, seconds: float) -> Attempt:
     arguments = instance.arguments
-    objective, constraints = instance.solver.oracle()(x, arguments["p"])
+    objective, constraints = instance.oracle(x, arguments["p"])
     rows = np.asarray(constraints).ravel()
     excess = [arguments["lbg"] - rows, rows - arguments["ubg"], arguments["lbx"] - x, x - arguments["ubx"]]
     violation = float(np.max(np.concatenate(excess)))

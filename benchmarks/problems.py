@@ -9,7 +9,7 @@ from pathlib import Path
 
 from designer.configurations import Configuration
 from designer.optimise.box import Ranges, box_of
-from designer.optimise.program import build_program
+from designer.optimise.program import forget_programs
 from designer.optimise.rules import rules_of
 from designer.optimise.screening import Problem
 from designer.optimise.search import SearchResult, fixed_parameters, search
@@ -50,7 +50,7 @@ def shipped_requirement(name: str) -> Requirement:
 
 def solve_afresh(requirement: Requirement, configuration: Configuration) -> Ours:
     """Search one configuration with no program built beforehand."""
-    build_program.cache_clear()
+    forget_programs()
     started = time.process_time()
     result = search(requirement, configuration)
     return Ours(requirement, configuration, result, time.process_time() - started)

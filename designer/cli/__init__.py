@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 
 import click
 
+from designer.cli.check import check
 from designer.cli.compare import compare
 from designer.cli.designs import evaluate, trace
 from designer.cli.listing import configurations
@@ -52,7 +53,7 @@ def cli() -> None:
     """Design single-camera catadioptric stereo systems: 44 configurations, optimised, traced, ranked."""
 
 
-for command in (study, configurations, trace, evaluate, init, report, render, stereo, sweep, compare):
+for command in (study, configurations, trace, evaluate, init, report, render, stereo, check, sweep, compare):
     cli.add_command(command)
 
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from designer.requirement import Requirement
 
 SHOWN_DESIGNS = 10
+SECONDS_OF_A_CHECK = "20 to 40 s"
 
 
 class _WordsAfterOnly(click.Command):
@@ -41,12 +42,25 @@ class _WordsAfterOnly(click.Command):
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for the results.  [default: reports/NAME]")
 @click.option("--no-pdf", is_flag=True, help="Leave out study.pdf and its figures.")
 @click.option("--only", multiple=True, metavar="NAME...", help="Only these configurations, by name or glob pattern.")
+@click.option(
+    "--checks",
+    type=click.IntRange(min=0),
+    default=3,
+    show_default=True,
+    help="How many of the best designs to check end to end; 0 for none.",
+)
 @click.option("--jobs", type=click.IntRange(min=1), help="Processes to work with.  [default: one for each core]")
 @click.option("--quiet", is_flag=True, help="Print nothing.")
 def study(
-    requirement: Path, out: Path | None, no_pdf: bool, only: tuple[str, ...], jobs: int | None, quiet: bool
+    requirement: Path,
+    out: Path | None,
+    no_pdf: bool,
+    only: tuple[str, ...],
+    checks: int,
+    jobs: int | None,
+    quiet: bool,
 ) -> None:
-    """Optimise, trace, score and rank every configuration for a requirement."""
+    """Optimise, trace, score and rank every configuration for a requirement, and check the best end to end."""
     from designer.requirement import read_requirement
 
     asked = read_requirement(requirement)
@@ -61,6 +75,7 @@ def study(
     names = tuple(configuration.name for configuration in asked.configurations) if only else ()
     with show_progress(quiet=quiet) as progress:
         run_study(asked, folder, jobs=jobs or cores(), only=names, progress=progress)
+    _check_best(folder, checks, jobs or cores(), quiet)
     pdf = None if no_pdf else _typeset(folder, quiet)
     if not quiet:
         click.echo(_result(folder, pdf))
@@ -73,6 +88,25 @@ def report(folder: Path) -> None:
     if not folder.is_dir():
         raise InputError(f"{folder}: must be the folder of a study")
     click.echo(_typeset(folder, quiet=True))
+
+
+def _check_best(folder: Path, count: int, jobs: int, quiet: bool) -> None:
+    """Check the best designs end to end; without any to check, only remove those of an earlier study."""
+    from designer.study.checks import CheckProgress, best_designs, check_best
+
+    def tell(progress: CheckProgress) -> None:
+        verdict = "passes" if progress.passed else "fails"
+        click.echo(
+            f"[{progress.done}/{progress.total}] {progress.configuration}: {verdict} the end-to-end check "
+            f"({progress.seconds:.0f} s)",
+            err=True,
+        )
+
+    designs = len(best_designs(folder, count))
+    if designs and not quiet:
+        which = "best design" if designs == 1 else f"{designs} best designs"
+        click.echo(f"Checking the {which} end to end, {SECONDS_OF_A_CHECK} a design ...", err=True)
+    check_best(folder, count, jobs=jobs, progress=None if quiet else tell)
 
 
 def _typeset(folder: Path, quiet: bool) -> Path:

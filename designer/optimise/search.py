@@ -30,7 +30,7 @@ from designer.optimise.descent import (
     make_feasible,
 )
 from designer.optimise.feasibility import why_fixed_conflicts, why_impossible
-from designer.optimise.program import Goal, Separators
+from designer.optimise.program import SOLVED, Goal, Separators
 from designer.optimise.rules import rules_of
 from designer.optimise.screening import (
     LARGE_GAIN_SHARE,
@@ -49,8 +49,7 @@ from designer.requirement import Lens, Requirement
 MOST_DESIGNS_IN_SECOND_STAGE = 6
 # Nobody should hear "infeasible" for want of starts: so many times more are tried before it is said, with small gains
 # too, which waste the image but let the light pass where large ones do not.
-MORE_STARTS_IF_INFEASIBLE = 3
-_SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
+MORE_STARTS_IF_INFEASIBLE = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -308,7 +307,7 @@ def _all_statuses(branches: list[_Branch]) -> dict[str, int]:
 
 def _infeasible(configuration: Configuration, branches: list[_Branch]) -> SearchResult:
     statuses = _all_statuses(branches)
-    if not any(status in statuses for status in _SOLVED):
+    if not any(status.endswith(SOLVED) for status in statuses):
         said = ", ".join(f"{status} ({count})" for status, count in statuses.items())
         return SearchResult(configuration, "failed", f"the solver never came to an end: {said}", statuses=statuses)
     misses = [branch.miss for branch in branches if branch.miss is not None]

@@ -11,6 +11,8 @@ import typst
 from matplotlib.figure import Figure
 
 from designer.files import write_atomically
+from designer.report.check_section import figure_name
+from designer.report.figures.check import draw_check_errors, draw_check_maps, draw_floor_plan, raw_svg
 from designer.report.figures.cross_section import draw_cross_section
 from designer.report.figures.depth_error import draw_depth_error
 from designer.report.figures.depth_map import draw_depth_map
@@ -57,7 +59,7 @@ def write_pdf(study_dir: Path) -> Path:
     return path
 
 
-_OUR_FIGURES = ("cross-section-", "trade-", "fronts-", *(f"{panel}-" for panel in _PANELS))
+_OUR_FIGURES = ("cross-section-", "trade-", "fronts-", "check-", *(f"{panel}-" for panel in _PANELS))
 
 
 def typeset(study: StudyFolder, illustrations: Illustrations) -> bytes:
@@ -93,7 +95,20 @@ def draw_figures(study: StudyFolder) -> Illustrations:
                 illustrations.files[f"{panel}-{design.configuration}.svg"] = svg_bytes(draw(design, *PANEL_MM))
         if study.feasible:
             _draw_trades(study, illustrations)
+        _draw_checks(study, illustrations)
     return illustrations
+
+
+def _draw_checks(study: StudyFolder, illustrations: Illustrations) -> None:
+    for row, checked in study.checks():
+        pictures = {
+            "raw": raw_svg(checked),
+            "maps": svg_bytes(draw_check_maps(checked, 170.0)),
+            "plan": svg_bytes(draw_floor_plan(checked, 84.0, 46.0)),
+            "errors": svg_bytes(draw_check_errors(checked, 92.0, 45.0)),
+        }
+        for kind, content in pictures.items():
+            illustrations.files[Path(figure_name(kind, row.configuration)).name] = content
 
 
 def _draw_trades(study: StudyFolder, illustrations: Illustrations) -> None:

@@ -7,12 +7,13 @@ import io
 import json
 import math
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from designer.design import Design, read_design
 from designer.files import InputError, read_text
+from designer.report.checked import CheckedDesign, read_check
 
 STATUSES = ("feasible", "infeasible", "failed", "impossible")
 
@@ -59,7 +60,7 @@ class FrontPoint:
 
 @dataclass(frozen=True, slots=True)
 class StudyFolder:
-    """Everything a study wrote: the requirement, 44 rows in order of rank, feasible designs, fronts, provenance."""
+    """Everything a study wrote: requirement, 44 rows in order of rank, feasible designs, fronts, provenance, checks."""
 
     path: Path
     requirement: dict[str, Any]
@@ -67,6 +68,7 @@ class StudyFolder:
     designs: dict[str, Design]
     fronts: tuple[FrontPoint, ...]
     provenance: dict[str, Any]
+    checked: dict[str, CheckedDesign] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -91,6 +93,12 @@ class StudyFolder:
         """The best feasible rows with their designs."""
         return tuple((row, self.designs[row.configuration]) for row in self.feasible[:count])
 
+    def checks(self) -> tuple[tuple[Row, CheckedDesign], ...]:
+        """The rows of designs that were checked end to end, best first, with their checks."""
+        return tuple(
+            (row, self.checked[row.configuration]) for row in self.feasible if row.configuration in self.checked
+        )
+
     def row(self, configuration: str) -> Row | None:
         """The row of one configuration, or None."""
         return next((row for row in self.rows if row.configuration == configuration), None)
@@ -114,7 +122,9 @@ def read_folder(path: Path) -> StudyFolder:
     fronts_path, provenance_path = path / "fronts.csv", path / "provenance.json"
     fronts = _read_fronts(fronts_path) if fronts_path.exists() else ()
     provenance = _read_json(provenance_path) if provenance_path.exists() else {}
-    return StudyFolder(path, requirement, rows, designs, fronts, provenance)
+    checks = {name: read_check(path / "checks" / name, design) for name, design in designs.items()}
+    checked = {name: check for name, check in checks.items() if check is not None}
+    return StudyFolder(path, requirement, rows, designs, fronts, provenance, checked)
 
 
 def _read_rows(path: Path) -> tuple[Row, ...]:

@@ -8,6 +8,8 @@ from typing import Any
 
 from designer.design import Design
 from designer.evaluate.resolution import smallest_object
+from designer.report.check_section import check_heading, check_page
+from designer.report.checked import CheckedDesign
 from designer.report.figures.depth_map import IMAGE_CIRCLE_PX
 from designer.report.folder import Row, StudyFolder
 from designer.report.typesetting.markup import DASH, call, cells, literal, number, plain_number, text, typographic
@@ -48,6 +50,7 @@ def source(study: StudyFolder, illustrations: Illustrations) -> str:
         trade(study, illustrations) if study.feasible else "",
         best_heading() if study.feasible else "",
         *(design_page(row, design, illustrations) for row, design in study.best()),
+        checks(study.checks()),
         "#pagebreak(weak: true)\n",
         '#include "method.typ"\n',
         provenance(study),
@@ -184,6 +187,14 @@ def best_heading() -> str:
         "rms of noisy projections through the ray tracer; a dotted line at 25 % marks where first order ends, and is "
         "left out where the errors stay far below it.\n]\n"
     )
+
+
+def checks(checked: tuple[tuple[Row, CheckedDesign], ...]) -> str:
+    """The end-to-end checks, a page each; nothing if there are none."""
+    if not checked:
+        return ""
+    pages = [check_page(row, check) for row, check in checked]
+    return check_heading(str(checked[0][1].verdict["definition"])) + "\n#pagebreak()\n".join(pages)
 
 
 def design_page(row: Row, design: Design, illustrations: Illustrations) -> str:

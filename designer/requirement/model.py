@@ -78,8 +78,8 @@ class Solve(Part):
         int,
         Quantity(1, 10_000, whole=True),
         Field(
-            default=8,
-            description="Starting points of the optimiser for each variant of a configuration. Default: 8; more "
+            default=16,
+            description="Starting points of the optimiser for each variant of a configuration. Default: 16; more "
             "starts cost time and find better optima rarely.",
         ),
     ]

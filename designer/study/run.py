@@ -77,7 +77,7 @@ def solve_study(
         for configuration in requirement.configurations
         if not only or any(fnmatchcase(configuration.name, pattern) for pattern in only)
     ]
-    with _workers(jobs) as submit:
+    with workers(jobs) as submit:
         futures = [submit(solve_configuration, requirement, configuration) for configuration in configurations]
         results = _gather(futures, progress, started)
         ranked = rank(requirement, results)
@@ -111,7 +111,7 @@ def _gather(
 
 
 @contextmanager
-def _workers(jobs: int) -> Iterator[Callable[..., Future[Any]]]:
+def workers(jobs: int) -> Iterator[Callable[..., Future[Any]]]:
     """A ``submit`` that runs tasks in processes, or here if one job is enough; interruption stops them all."""
     if jobs == 1:
         # A thread, so that progress is told while it works.

@@ -9,6 +9,7 @@ import pytest
 from recorded_calls import Calls
 
 from designer.requirement import Requirement
+from designer.study.checks import CheckProgress
 from designer.study.progress import Progress
 
 DESIGNS = """\
@@ -44,8 +45,21 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
         seen.reports.append(study_dir)
         return study_dir / "study.pdf"
 
-    for name, function in (("designer.study.run", run_study), ("designer.report.document", write_pdf)):
+    def best_designs(study_dir: Path, count: int) -> list[str]:
+        return ["folded-HyPl-Hy-upper_outer"][:count]
+
+    def check_best(study_dir: Path, count: int, *, jobs: int, progress: Callable[[CheckProgress], None] | None) -> None:
+        seen.checks.append(count)
+        if progress and count:
+            progress(CheckProgress(1, 1, "folded-HyPl-Hy-upper_outer", True, 12.3))
+
+    for name, functions in (
+        ("designer.study.run", (run_study,)),
+        ("designer.study.checks", (best_designs, check_best, CheckProgress)),
+        ("designer.report.document", (write_pdf,)),
+    ):
         module = ModuleType(name)
-        setattr(module, function.__name__, function)
+        for function in functions:
+            setattr(module, function.__name__, function)
         monkeypatch.setitem(sys.modules, name, module)
     return seen

@@ -14,4 +14,5 @@ class Calls:
     folders: list[Path] = field(default_factory=list)
     jobs: list[int] = field(default_factory=list)
     only: list[tuple[str, ...]] = field(default_factory=list)
+    checks: list[int] = field(default_factory=list)
     reports: list[Path] = field(default_factory=list)

@@ -76,6 +76,8 @@ def test_a_study_goes_to_reports_and_ends_with_the_ranking(asked: Path, calls: C
     assert result.stderr.splitlines() == [
         "[1/2] direct-HyHy-upper_outer: infeasible (0 feasible so far, 2 s left)",
         "[2/2] folded-HyPl-Hy-upper_outer: feasible (1 feasible so far, 0 s left)",
+        "Checking the best design end to end, 20 to 40 s a design ...",
+        "[1/1] folded-HyPl-Hy-upper_outer: passes the end-to-end check (12 s)",
         "Typesetting study.pdf ...",
     ]
 
@@ -84,6 +86,13 @@ def test_a_quiet_study_without_pdf_elsewhere(asked: Path, calls: Calls) -> None:
     result = run("study", "--quiet", "--no-pdf", "--jobs", 3, "--out", "else/where", asked)
     assert (result.exit_code, result.output) == (0, "")
     assert (calls.folders, calls.jobs, calls.reports) == ([Path("else/where")], [3], [])
+
+
+def test_as_many_designs_are_checked_as_asked(asked: Path, calls: Calls) -> None:
+    for words in ((), ("--checks", "1"), ("--checks", "0")):
+        assert run("study", *words, asked).exit_code == 0
+    assert calls.checks == [3, 1, 0]
+    assert run("study", "--checks", "-1", asked).exit_code == 2
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 from shipped_problems import CONFIGURATIONS, put_together, shipped_requirement
 
 from designer.design import Design
-from designer.optimise.program import build_program
+from designer.optimise.program import forget_programs
 from designer.optimise.screening import check
 from designer.optimise.search import SearchResult, search
 from designer.requirement import Requirement, requirement_to_toml, set_key
@@ -146,7 +146,7 @@ def test_the_same_seed_repeats_itself_to_the_bit():
     requirement = shipped_requirement("indoor_robot")
     runs = []
     for _ in range(2):
-        build_program.cache_clear()
+        forget_programs()
         runs.append(found(requirement))
     first, second = runs
     assert first.first.values == second.first.values

@@ -91,11 +91,11 @@ def make_world(name: str, shapes: Sequence[Shape], extent_mm: float, texture: st
     return World(name, tuple(shapes), tones, offsets, make_texture(texture, extent_mm, seed))
 
 
-def calibration_world(design: Design, radius_mm: float, seed: int = 0) -> World:
-    """A richly textured cylinder of known radius about the sensor's axis: the truth is known without a scene."""
+def calibration_world(design: Design, radius_mm: float, texture: str = "rich", seed: int = 0) -> World:
+    """A textured cylinder of known radius about the sensor's axis: the truth is known without a scene."""
     middle = (design.views.upper.viewpoint_mm + design.views.lower.viewpoint_mm) / 2.0
     wall = round_wall(radius_mm, middle, design.working_volume.distance_mm[1])
-    return make_world("cylinder", [wall], radius_mm, seed=seed)
+    return make_world("cylinder", [wall], design.working_volume.distance_mm[1], texture, seed)
 
 
 def round_wall(radius_mm: float, middle_mm: float, extent_mm: float) -> Cylinder:
@@ -138,7 +138,9 @@ def _office(height: float) -> list[Shape]:
         Cylinder((-250.0, -1150.0, floor), (-250.0, -1150.0, floor + 750.0), 180.0),
         Cylinder((100.0, -2700.0, floor + 1000.0), (1700.0, -2500.0, floor + 1150.0), 200.0),
         Box((300.0, -2900.0, floor), (1600.0, -2400.0, floor + 800.0), 7.0),
-        # The nearest things.
+        # The nearest things, two of them wide: a screen between desks, a filing cabinet.
+        Box((-1075.0, 1060.0, floor), (-175.0, 1100.0, floor + 1450.0), 30.0),
+        Box((-1562.0, -896.0, floor), (-1162.0, -96.0, floor + 1400.0), 20.0),
         Box((700.0, 250.0, floor + 700.0), (950.0, 500.0, floor + 1180.0), 30.0),
         Cylinder((700.0, 375.0, floor), (950.0, 375.0, floor + 700.0), 70.0),
         Sphere((-780.0, 60.0, floor + 1020.0), 130.0),
@@ -170,12 +172,13 @@ def _hall(height: float) -> list[Shape]:
         Box((1700.0, -1800.0, floor + 700.0), (2800.0, -900.0, floor + 1250.0), 12.0),
         Box((-3500.0, 900.0, floor + 150.0), (-1700.0, 2000.0, floor + 800.0), -30.0),
         Box((-3100.0, 1000.0, floor + 800.0), (-2200.0, 1900.0, floor + 1350.0), -30.0),
-        # Crates and a tank.
+        # A tall rack beside the sensor, crates and a tank.
+        Box((-1900.0, -900.0, floor), (-1250.0, 500.0, floor + 2250.0), 10.0),
         Box((-900.0, 2400.0, floor), (300.0, 3500.0, floor + 900.0), 25.0),
         Box((900.0, 1100.0, floor), (1700.0, 1900.0, floor + 700.0), 40.0),
         Cylinder((-2600.0, -2900.0, floor + 500.0), (-800.0, -2700.0, floor + 500.0), 500.0),
     ]
-    people = ((-1300.0, -900.0), (700.0, -2600.0), (2700.0, 900.0), (-200.0, 1600.0), (-3300.0, -700.0))
+    people = ((-900.0, -1500.0), (700.0, -2600.0), (2700.0, 900.0), (-200.0, 1600.0), (-3300.0, -700.0))
     for index, (x, y) in enumerate((*people, (2400.0, 3000.0))):
         tall = floor + 1480.0 + 70.0 * (index % 4)
         shapes += [Cylinder((x, y, floor), (x, y, tall), 230.0), Sphere((x, y, tall + 120.0), 125.0)]

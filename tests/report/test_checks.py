@@ -1,0 +1,97 @@
+"""The end-to-end checks in the report: read back, drawn, and only those of the study's own designs."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sample_check import BIAS, PREDICTED, write_sample_check
+from sample_study import prototype, write_sample_study
+from test_figures import assert_inside_canvas
+
+from designer.files import InputError
+from designer.report.checked import read_check
+from designer.report.document import write_pdf
+from designer.report.figures.check import draw_check_errors, draw_check_maps, draw_floor_plan, errors_by_distance
+from designer.report.figures.style import report_style
+from designer.report.folder import read_folder
+from designer.report.sections import Illustrations, source
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A study of two designs of which one passed its check and one failed."""
+    designs = (prototype(), prototype(direct_kind="ellipsoid"))
+    path = write_sample_study(tmp_path_factory.mktemp("study") / "sample", designs=designs)
+    for design, passed in zip(read_folder(path).best(), (True, False), strict=True):
+        write_sample_check(path / "checks" / design[1].configuration, design[1], passed=passed)
+    return path
+
+
+def test_each_checked_design_has_a_page_with_its_verdict(folder: Path) -> None:
+    study = read_folder(folder)
+    text = source(study, Illustrations())
+    assert text.count("= End-to-end check") == 1
+    for row, checked in study.checks():
+        assert f"check-maps-{row.configuration}.svg" in text
+        assert checked.passed == (row.rank == 1)
+    assert '"passes"' in text
+    assert '"fails"' in text
+    assert '"too few pixels"' in text
+    assert write_pdf(folder).stat().st_size < 10_000_000
+    assert len(list((folder / "figures").glob("check-*.svg"))) == 8
+
+
+def test_without_checks_there_is_no_section_and_no_figure_of_earlier_ones(folder: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "study"
+    shutil.copytree(folder, copy, ignore=shutil.ignore_patterns("checks"))
+    (copy / "figures").mkdir(exist_ok=True)
+    (copy / "figures" / "check-maps-of-an-earlier-study.svg").write_text("<svg/>", encoding="utf-8")
+    write_pdf(copy)
+    assert "End-to-end check" not in source(read_folder(copy), Illustrations())
+    assert not list((copy / "figures").glob("check-*"))
+
+
+def test_a_check_of_another_design_is_not_shown(folder: Path) -> None:
+    _, design = read_folder(folder).best()[0]
+    checks = folder / "checks" / design.configuration
+    assert read_check(checks, design) is not None
+    assert read_check(checks, design.model_copy(update={"baseline_mm": design.baseline_mm * (1 + 1e-12)})) is None
+    assert read_check(folder / "checks" / "absent", design) is None
+
+
+@pytest.mark.parametrize("name", ["check.json", "check.npz", "raw.png", "upper.png"])
+@pytest.mark.parametrize("content", [b"", b"{}", b"\x89PNG\r\n\x1a\n", None])
+def test_a_damaged_check_is_named(name: str, content: bytes | None, folder: Path, tmp_path: Path) -> None:
+    _, design = read_folder(folder).best()[0]
+    copy = tmp_path / "check"
+    shutil.copytree(folder / "checks" / design.configuration, copy)
+    (copy / name).unlink()
+    if content is not None:
+        (copy / name).write_bytes(content)
+    elif name == "check.json":
+        assert read_check(copy, design) is None
+        return
+    with pytest.raises(InputError, match=name):
+        read_check(copy, design)
+
+
+def test_measured_errors_by_distance_are_those_that_were_made(folder: Path) -> None:
+    _, checked = read_folder(folder).checks()[0]
+    distance, measured, predicted, bias = errors_by_distance(checked)
+    near, far = checked.design.working_volume.distance_mm
+    assert near < distance[0] < distance[-1] < far
+    # Each of the 16 bins holds about 2400 normal errors; 1.4826 MAD of them scatters by 2.4 percent.
+    np.testing.assert_allclose(measured, PREDICTED, rtol=0.08)
+    np.testing.assert_allclose(predicted, PREDICTED, rtol=1e-3)
+    np.testing.assert_allclose(bias, BIAS, atol=0.08 * PREDICTED)
+
+
+def test_nothing_of_a_check_is_cut_at_the_edge(folder: Path) -> None:
+    _, checked = read_folder(folder).checks()[0]
+    with report_style():
+        assert_inside_canvas(draw_check_maps(checked, 170.0))
+        assert_inside_canvas(draw_floor_plan(checked, 84.0, 46.0))
+        assert_inside_canvas(draw_check_errors(checked, 92.0, 45.0))

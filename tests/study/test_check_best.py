@@ -1,0 +1,59 @@
+"""The best designs of a study checked end to end."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from designer.design import read_design, write_design
+from designer.report.checked import read_check
+from designer.study.checks import CheckProgress, best_designs, check_best
+
+DATA = Path(__file__).parents[1] / "data"
+HEADER = "configuration,family,topology,status,reason\n"
+
+
+def _folder(path: Path) -> Path:
+    """A study's folder that holds one small design."""
+    design = read_design(DATA / "folded_hypl_hy.json")
+    pixels = {"width_px": 800, "height_px": 600, "pixel_pitch_mm": 2 * design.camera.pixel_pitch_mm}
+    coarse = design.model_copy(update={"camera": design.camera.model_copy(update=pixels)})
+    (path / "designs").mkdir(parents=True)
+    write_design(coarse, path / "designs" / f"{design.configuration}.json")
+    rows = (
+        f"{design.configuration},folded,upper_outer,feasible,\ndirect-ElEl-upper_outer,direct,upper_outer,impossible,\n"
+    )
+    (path / "designs.csv").write_text(HEADER + rows, encoding="utf-8")
+    return path
+
+
+def test_only_feasible_designs_are_checked_and_earlier_checks_go(tmp_path: Path) -> None:
+    folder = _folder(tmp_path / "study")
+    assert [design.configuration for design in best_designs(folder, 3)] == ["folded-HyPl-Hy-upper_outer"]
+    earlier, notes = folder / "checks" / "direct-HyHy-upper_outer", folder / "checks" / "mine"
+    for place, name in ((earlier, "check.json"), (notes, "notes.txt")):
+        place.mkdir(parents=True)
+        (place / name).write_text("{}", encoding="utf-8")
+    assert check_best(folder, 0) == {}
+    assert not earlier.exists()
+    assert notes.exists()
+
+
+@pytest.mark.slow
+def test_a_check_is_written_that_the_report_reads_and_is_the_same_twice(tmp_path: Path) -> None:
+    folder = _folder(tmp_path / "study")
+    (design,) = best_designs(folder, 3)
+    told: list[CheckProgress] = []
+    passed = check_best(folder, 3, progress=told.append)
+    checked = read_check(folder / "checks" / design.configuration, design)
+    assert checked is not None
+    assert passed == {design.configuration: checked.passed}
+    assert [(step.done, step.total, step.passed) for step in told] == [(1, 1, checked.passed)]
+    again = tmp_path / "again"
+    shutil.copytree(folder, again)
+    check_best(again, 3)
+    for name in ("raw.png", "upper.png", "check.npz", "check.json"):
+        first, second = (place / "checks" / design.configuration / name for place in (folder, again))
+        assert first.read_bytes() == second.read_bytes(), name
