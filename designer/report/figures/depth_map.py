@@ -13,13 +13,13 @@ IMAGE_CIRCLE_PX = 400
 """Diameter of the image circle, in pixels, for which the map is drawn: few enough for the points to stay apart."""
 
 
-def draw_depth_map(design: Design, width_mm: float, height_mm: float) -> Figure:
-    """Draw the reconstructed point of every pair of pixels of an image circle coarsened to 400 px across.
+def draw_depth_map(design: Design, width_mm: float, height_mm: float, image_circle_px: int = IMAGE_CIRCLE_PX) -> Figure:
+    """Draw the reconstructed point of every pair of pixels of an image circle coarsened to so many pixels across.
 
     The outline is the working volume, the triangles on the axis are the viewpoints. Heights are measured from the
     middle of the baseline.
     """
-    distance_mm, level_mm = epipolar_lattice(coarsened(design))
+    distance_mm, level_mm = epipolar_lattice(coarsened(design, image_circle_px))
     middle = (design.views.upper.viewpoint_mm + design.views.lower.viewpoint_mm) / 2
     far = design.working_volume.distance_mm[1]
     unit_mm, unit = length_unit(far)
@@ -48,17 +48,17 @@ def _shown_levels(outline: np.ndarray, baseline_mm: float) -> tuple[float, float
     return low - room, high + room
 
 
-def coarsened(design: Design) -> Design:
-    """The same design on a sensor with pixels so large that the image circle is 400 pixels across."""
+def coarsened(design: Design, image_circle_px: int = IMAGE_CIRCLE_PX) -> Design:
+    """The same design on a sensor with pixels so large that the image circle is so many pixels across."""
     camera = design.camera
     radius_px = camera.image_radius_mm / camera.pixel_pitch_mm
-    factor = 2 * radius_px / IMAGE_CIRCLE_PX
+    factor = 2 * radius_px / image_circle_px
     coarse = camera.model_copy(
         update={
             "pixel_pitch_mm": camera.pixel_pitch_mm * factor,
             "width_px": max(round(camera.width_px / factor), 1),
             "height_px": max(round(camera.height_px / factor), 1),
-            "image_circle_radius_px": IMAGE_CIRCLE_PX / 2,
+            "image_circle_radius_px": image_circle_px / 2,
         }
     )
     return design.model_copy(update={"camera": coarse})

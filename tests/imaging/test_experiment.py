@@ -1,0 +1,27 @@
+"""The paper's claim about resolution equalisation, on a small sensor; ten seeds are in benchmarks/equalisation.py."""
+
+import numpy as np
+import pytest
+from imaging_designs import coarse_prototype
+
+from designer.imaging.experiment import compare, noise_gain, sampling_methods
+from designer.imaging.render import render
+from designer.imaging.render_sensor import Sensor as Detector
+from designer.imaging.render_sensor import expose
+from designer.imaging.scenes.library import build_world
+from designer.imaging.sensor import build_sensor
+
+
+@pytest.mark.slow
+def test_equalising_rejects_fewer_pixels_than_bilinear_sampling_and_than_smoothing_alike() -> None:
+    design = coarse_prototype()
+    methods = sampling_methods(build_sensor(design, equalise=True, columns=900))
+    gains = {method: noise_gain(sensor) for method, sensor in methods.items()}
+    assert gains["smoothed_alike"] == pytest.approx(gains["equalised"], rel=0.01)
+    assert gains["equalised"] < gains["bilinear"]
+    for seed in (0, 1):
+        radiance = render(design, build_world("office", design, seed=seed))
+        raw = np.asarray(expose(radiance, Detector(1_000.0, 20.0), seed=seed), dtype=np.uint8)
+        rejected = compare(methods, raw).rejected
+        assert rejected["equalised"] < rejected["smoothed_alike"]
+        assert rejected["equalised"] < rejected["bilinear"]
