@@ -11,12 +11,14 @@ from typing import Any, NoReturn
 import click
 
 from designer.cli.check import check
+from designer.cli.compare import compare
 from designer.cli.designs import evaluate, trace
 from designer.cli.listing import configurations
 from designer.cli.render import render
 from designer.cli.requirement import init
 from designer.cli.stereo import stereo
 from designer.cli.study import report, study
+from designer.cli.sweep import sweep
 from designer.files import InputError
 
 INPUT_ERROR, FAILURE, INTERRUPTED, TERMINATED = 2, 1, 130, 143
@@ -51,7 +53,7 @@ def cli() -> None:
     """Design single-camera catadioptric stereo systems: 44 configurations, optimised, traced, ranked."""
 
 
-for command in (study, configurations, trace, evaluate, init, report, render, stereo, check):
+for command in (study, configurations, trace, evaluate, init, report, render, stereo, check, sweep, compare):
     cli.add_command(command)
 
 

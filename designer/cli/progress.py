@@ -29,7 +29,7 @@ def _print_line(progress: Progress) -> None:
     width = len(str(progress.total))
     click.echo(
         f"[{progress.done:{width}d}/{progress.total}] {progress.configuration}: {progress.status} "
-        f"({progress.feasible} feasible so far, {_duration(progress.remaining_seconds)} left)",
+        f"({progress.feasible} feasible so far, {duration(progress.remaining_seconds)} left)",
         err=True,
     )
 
@@ -56,13 +56,14 @@ def _live_bar() -> Iterator[Listener]:
                 completed=progress.done,
                 description=f"{progress.configuration} {progress.status}",
                 feasible=progress.feasible,
-                left=_duration(progress.remaining_seconds),
+                left=duration(progress.remaining_seconds),
             )
 
         yield update
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
+    """Seconds as a person reads them."""
     if not seconds < 1e6:  # unknown yet
         return "?"
     return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"

@@ -74,8 +74,8 @@ def study(
 
     names = tuple(configuration.name for configuration in asked.configurations) if only else ()
     with show_progress(quiet=quiet) as progress:
-        run_study(asked, folder, jobs=jobs or _cores(), only=names, progress=progress)
-    _check_best(folder, checks, jobs or _cores(), quiet)
+        run_study(asked, folder, jobs=jobs or cores(), only=names, progress=progress)
+    _check_best(folder, checks, jobs or cores(), quiet)
     pdf = None if no_pdf else _typeset(folder, quiet)
     if not quiet:
         click.echo(_result(folder, pdf))
@@ -139,7 +139,8 @@ def _make_folder(folder: Path) -> None:
         raise InputError(f"{folder}: results cannot be written there: {error.strerror or error}") from None
 
 
-def _cores() -> int:
+def cores() -> int:
+    """How many processes this one may keep busy."""
     # Containers and schedulers often allow fewer cores than the machine has.
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 

@@ -116,6 +116,8 @@ def make_feasible(task: Task, starts: Sequence[Candidate]) -> list[Candidate]:
     best = list(starts)
     choices = [start.separators for start in starts]
     active = [index for index, start in enumerate(starts) if not start.is_feasible]
+    if not active:
+        return best
     for _ in range(ROUNDS):
         menu = task.offer(choices[index] for index in active)
         again = []
@@ -164,6 +166,29 @@ def improve(task: Task, starts: Sequence[Candidate], goal: Goal) -> list[Candida
         active = active[:MOST_DESIGNS_IN_LATER_ROUNDS]
         if not active:
             break
+    return best
+
+
+def follow(task: Task, start: Array, separators: Separators, goal: Goal) -> Candidate | None:
+    """Minimise a goal from near its minimum, feasible or not; None if nothing feasible comes of it.
+
+    The program offers the one choice of separators only, which a neighbour has probably asked for already.
+    """
+    best: Candidate | None = None
+    for _ in range(ROUNDS):
+        menu = Menu.of([separators])
+        outcome = task.note(solve(task.problem, menu, separators, start, goal, task.scales))
+        reached = examine(task, outcome.scaled, separators)
+        if reached.is_feasible and reached.keeps(goal):
+            aim = goal.minimise
+            gains = best is None or reached.goals[aim] < best.goals[aim] * (1.0 - SAME_OBJECTIVE)
+            if not gains:
+                break
+            best, start = reached, reached.scaled
+        chosen = _rechosen(task, separators, reached)
+        if chosen == separators:
+            break
+        separators = chosen
     return best
 
 

@@ -138,7 +138,10 @@ class Goal:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What the solver says of one run, before anyone has checked it."""
+    """What the solver says of one run, before anyone has checked it.
+
+    ``slopes`` are the derivatives of the least objective by the program's parameters, from the multipliers.
+    """
 
     scaled: NDArray[np.float64]
     slack: float
@@ -146,6 +149,7 @@ class Outcome:
     converged: bool
     status: str
     iterations: int
+    slopes: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -288,6 +292,12 @@ def reduce_violation(
     return _run(problem, menu, separators, start, Goal("violation"), scales, violation)
 
 
+def problem_parameters(problem: Problem) -> NDArray[np.float64]:
+    """The parameters of a program that come from the requirement: its numbers, then the ends of the box."""
+    ends = np.array([problem.box[name].scaled_ends for name in VARIABLES])
+    return np.concatenate([rule_values(problem.rules), ends[:, 0], ends[:, 1]])
+
+
 def _run(
     problem: Problem,
     menu: Menu,
@@ -301,10 +311,8 @@ def _run(
     free = [not problem.box[name].is_fixed for name in VARIABLES]
     names = tuple(name for name, is_free in zip(VARIABLES, free, strict=True) if is_free)
     program = build_program(problem.variant, problem.fixed, names, menu)
-    ends = np.array([problem.box[name].scaled_ends for name in VARIABLES])
     weights = np.array([1.0 if name == goal.minimise else 0.0 for name in GOALS] + [1.0 if elastic else 0.0])
-    numbers = rule_values(problem.rules)
-    parameters = np.concatenate([numbers, ends[:, 0], ends[:, 1], weights, scales, menu.weights(separators)])
+    parameters = np.concatenate([problem_parameters(problem), weights, scales, menu.weights(separators)])
     count = len(program.equalities)
     lower = np.zeros(program.rows)
     upper = np.full(program.rows, np.inf)
@@ -342,6 +350,7 @@ def _run(
         bool(stats["success"]),
         f"{name} {SOLVED}" if stats["success"] else f"{name} {stats['return_status']}",
         int(stats["iter_count"]),
+        -np.asarray(result["lam_p"]).ravel(),
     )
 
 

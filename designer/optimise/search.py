@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from designer.configurations import Configuration
 from designer.optimise.box import SMALLEST_GAIN_SHARE, Ranges, box_of, limit_of
@@ -24,6 +25,7 @@ from designer.optimise.descent import (
     Task,
     distinct_designs,
     examine,
+    follow,
     improve,
     make_feasible,
 )
@@ -40,8 +42,8 @@ from designer.optimise.screening import (
     screen,
 )
 from designer.optimise.separators import choose_separators
-from designer.optimise.variants import enumerate_variants
-from designer.requirement import Requirement
+from designer.optimise.variants import Variant, enumerate_variants
+from designer.requirement import Lens, Requirement
 
 # From so many of the best different designs the second objective is minimised.
 MOST_DESIGNS_IN_SECOND_STAGE = 6
@@ -66,7 +68,7 @@ class Trail:
     """Where the search of one lens and variant ended: enough for a neighbouring requirement to start from.
 
     ``first`` holds the physical variables of the best first-stage design, or of the nearest miss; ``second`` those of
-    the best second-stage design, None if there is none.
+    the best second-stage design, None if there is none. Each has the separators it was found with.
     """
 
     lens: int
@@ -75,6 +77,7 @@ class Trail:
     first: dict[str, float]
     second: dict[str, float] | None
     separators: Separators
+    second_separators: Separators | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,13 +137,11 @@ def search(requirement: Requirement, configuration: Configuration, parent: Seque
         enumerate(requirement.camera.lenses), enumerate(enumerate_variants(configuration))
     ):
         ranges = Ranges(requirement.baseline_range_mm, lens.principal_distances_mm)
-        rules = rules_of(requirement, lens)
-        reason = why_impossible(variant, rules, ranges)
+        reason = why_impossible(variant, rules_of(requirement, lens), ranges)
         if reason is not None:
             reasons.append(reason)
             continue
-        problem = Problem(variant, rules, box_of(variant, rules, ranges), tuple(sorted(fixed.items())))
-        branch = _Branch(lens_index, variant_index, Task(problem, lens, _goal_scales(problem), Counter()))
+        branch = _Branch(lens_index, variant_index, _task(requirement, lens, variant))
         _first_stage(requirement, branch, from_parent.get((lens_index, variant_index)))
         branches.append(branch)
     if not branches:
@@ -148,6 +149,29 @@ def search(requirement: Requirement, configuration: Configuration, parent: Seque
     if not any(branch.designs for branch in branches):
         return _infeasible(configuration, branches)
     return _second_stage(requirement, configuration, branches)
+
+
+def problem_of(requirement: Requirement, lens: Lens, variant: Variant) -> Problem:
+    """A variant under a requirement with one of its lenses."""
+    rules = rules_of(requirement, lens)
+    ranges = Ranges(requirement.baseline_range_mm, lens.principal_distances_mm)
+    fixed = tuple(sorted(fixed_parameters(requirement).items()))
+    return Problem(variant, rules, box_of(variant, rules, ranges), fixed)
+
+
+def recall(requirement: Requirement, configuration: Configuration, trail: Trail) -> tuple[Candidate, Candidate | None]:
+    """The first-stage and the second-stage design of a trail, checked anew under the requirement it belongs to."""
+    lens = requirement.camera.lenses[trail.lens]
+    task = _task(requirement, lens, enumerate_variants(configuration)[trail.variant])
+    first = examine(task, _moved(task, trail.first), trail.separators)
+    if trail.second is None or trail.second_separators is None:
+        return first, None
+    return first, examine(task, _moved(task, trail.second), trail.second_separators)
+
+
+def _task(requirement: Requirement, lens: Lens, variant: Variant) -> Task:
+    problem = problem_of(requirement, lens, variant)
+    return Task(problem, lens, _goal_scales(problem), Counter())
 
 
 @dataclass(slots=True)
@@ -160,14 +184,21 @@ class _Branch:
     designs: list[Candidate] = field(default_factory=list)
     miss: Candidate | None = None
     smallest: Candidate | None = None
-    remembered: Candidate | None = None
+    known: Trail | None = None
 
     def trail(self, goal: str) -> Trail:
         """What a neighbour needs to go on from here."""
         first = min(self.designs, key=lambda design: design.goals[goal]) if self.designs else self.miss
         assert first is not None
-        second = self.smallest.values if self.smallest else None
-        return Trail(self.lens, self.variant, bool(self.designs), first.values, second, first.separators)
+        return Trail(
+            self.lens,
+            self.variant,
+            bool(self.designs),
+            first.values,
+            self.smallest.values if self.smallest else None,
+            first.separators,
+            self.smallest.separators if self.smallest else None,
+        )
 
 
 def _goal_scales(problem: Problem) -> tuple[float, ...]:
@@ -182,22 +213,32 @@ def _goal_scales(problem: Problem) -> tuple[float, ...]:
 def _first_stage(requirement: Requirement, branch: _Branch, trail: Trail | None) -> None:
     """Solve for the first objective from every start."""
     task, goal = branch.task, Goal(requirement.objective.minimise)
+    misses: list[Candidate] = []
+    few, many = requirement.solve.starts, MORE_STARTS_IF_INFEASIBLE * requirement.solve.starts
+    rounds = [(few, LARGE_GAIN_SHARE), (many, SMALLEST_GAIN_SHARE)]
     if trail is not None:
-        reached = make_feasible(task, [_remembered(task, trail.first, trail.separators)])
-        if reached[0].is_feasible:
-            branch.designs = improve(task, reached, goal)
-            if trail.second is not None:
-                branch.remembered = _remembered(task, trail.second, trail.separators)
+        branch.known = trail
+        followed = follow(task, _moved(task, trail.first), trail.separators, goal) if trail.is_feasible else None
+        if followed is not None:
+            branch.designs = [followed]
+            return
+        neighbours = [examine(task, _moved(task, trail.first), trail.separators)]
+        if trail.second is not None and trail.second_separators is not None:
+            neighbours.append(examine(task, _moved(task, trail.second), trail.second_separators))
+        reached = make_feasible(task, neighbours)
+        feasible = [candidate for candidate in reached if candidate.is_feasible]
+        if feasible:
+            branch.designs = improve(task, feasible, goal)
             return
         if not trail.is_feasible:
             branch.miss = reached[0]
             return
+        # Most likely a constraint has closed in on the neighbour's designs; a look elsewhere need not be as long.
+        misses, rounds = reached, rounds[:1]
     variant = task.problem.variant
     key = zlib.crc32(f"{variant.configuration.name}/{variant.label}".encode())
     random = np.random.default_rng([requirement.solve.seed, key])
-    misses: list[Candidate] = []
-    few, many = requirement.solve.starts, MORE_STARTS_IF_INFEASIBLE * requirement.solve.starts
-    for starts, least_gain_share in ((few, LARGE_GAIN_SHARE), (many, SMALLEST_GAIN_SHARE)):
+    for starts, least_gain_share in rounds:
         reached = make_feasible(task, _starts(task, starts, random, least_gain_share))
         feasible = [candidate for candidate in reached if candidate.is_feasible]
         if feasible:
@@ -207,10 +248,10 @@ def _first_stage(requirement: Requirement, branch: _Branch, trail: Trail | None)
     branch.miss = min(misses, key=lambda miss: miss.violation)
 
 
-def _remembered(task: Task, values: dict[str, float], separators: Separators) -> Candidate:
+def _moved(task: Task, values: dict[str, float]) -> NDArray[np.float64]:
     """A neighbour's design, moved into this problem's box."""
     scaled = scaled_values(task.problem, {name: np.array([value]) for name, value in values.items()})
-    return examine(task, np.clip(scaled[:, 0], 0.0, 1.0), separators)
+    return np.clip(scaled[:, 0], 0.0, 1.0)
 
 
 def _starts(task: Task, count: int, random: np.random.Generator, least_gain_share: float) -> list[Candidate]:
@@ -233,18 +274,31 @@ def _second_stage(requirement: Requirement, configuration: Configuration, branch
     goal = Goal(second_goal, ((first_goal, bound),))
     improved: list[Candidate] = []
     for branch in branches:
-        known = branch.designs + ([branch.remembered] if branch.remembered else [])
-        near = [design for design in known if design.is_feasible and design.keeps(goal)]
-        if near:
-            starts = distinct_designs(near, second_goal)[:MOST_DESIGNS_IN_SECOND_STAGE]
-            smaller = improve(branch.task, starts, goal)
-            branch.smallest = min(smaller, key=lambda design: design.goals[second_goal])
+        branch.smallest = _follow_second(branch, goal) or _improve_second(branch, goal)
+        if branch.smallest is not None:
             improved.append(branch.smallest)
     best = min(improved, key=lambda design: design.goals[second_goal])
     trails = tuple(branch.trail(first_goal) for branch in branches)
     return SearchResult(
         configuration, "feasible", "", first=first, best=best, statuses=_all_statuses(branches), trails=trails
     )
+
+
+def _follow_second(branch: _Branch, goal: Goal) -> Candidate | None:
+    """The second-stage design from that of the neighbour; None if there was none or it leads nowhere."""
+    trail = branch.known
+    if trail is None or trail.second is None or trail.second_separators is None:
+        return None
+    return follow(branch.task, _moved(branch.task, trail.second), trail.second_separators, goal)
+
+
+def _improve_second(branch: _Branch, goal: Goal) -> Candidate | None:
+    """The second-stage design from those of the first that keep the goal's bounds; None if none does."""
+    near = [design for design in branch.designs if design.keeps(goal)]
+    if not near:
+        return None
+    starts = distinct_designs(near, goal.minimise)[:MOST_DESIGNS_IN_SECOND_STAGE]
+    return min(improve(branch.task, starts, goal), key=lambda design: design.goals[goal.minimise])
 
 
 def _all_statuses(branches: list[_Branch]) -> dict[str, int]:

@@ -28,12 +28,16 @@ _KINDS = {
 def design_of(requirement: Requirement, result: SearchResult) -> Design:
     """The design record of a feasible search result, scored."""
     assert result.best is not None
-    assert result.first is not None
-    best = result.best
+    record = record_of(requirement, result.best)
+    return record.model_copy(update={"score": _score(requirement, result, record)})
+
+
+def record_of(requirement: Requirement, best: Candidate) -> Design:
+    """The record of a design without its score: all that the tracer needs."""
     variant, values = best.problem.variant, best.values
     kinds = variant.configuration.mirror_kinds
     mirrors = {mirror.name: mirror for mirror in best.report.assembly.layout.mirrors}
-    record = Design.model_validate(
+    return Design.model_validate(
         {
             "configuration": variant.configuration.name,
             "variant": describe_variant(best),
@@ -50,7 +54,6 @@ def design_of(requirement: Requirement, result: SearchResult) -> Design:
             "noise_px": requirement.noise_px,
         }
     )
-    return record.model_copy(update={"score": _score(requirement, result, record)})
 
 
 def describe_variant(candidate: Candidate) -> str:

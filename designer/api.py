@@ -1,0 +1,160 @@
+"""What the commands do, in a few Python calls: for notebooks and scripts.
+
+A study and a sweep are held as tables (pandas) with designs behind them; both show themselves in a notebook.
+
+Examples
+--------
+>>> from designer import api
+>>> requirement = api.requirement("configs/indoor_robot.toml", envelope__height_mm=150)
+>>> requirement.envelope.height_mm
+150.0
+>>> len(api.configurations())
+44
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from designer.requirement import Requirement, read_requirement, set_key
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from designer.design import Design
+    from designer.study.compare import Comparison
+    from designer.verify.verdict import Verdict
+
+SHOWN_COLUMNS = ["configuration", "status", "depth_error_rms", "limit_ratio", "baseline_mm", "height_mm", "diameter_mm"]
+
+
+@dataclass(frozen=True)
+class StudyResult:
+    """A study: its requirement, its table (a row for each configuration, best first), its designs by name."""
+
+    requirement: Requirement
+    table: pd.DataFrame
+    designs: dict[str, Design]
+
+    @property
+    def best(self) -> Design | None:
+        """The winner; None if nothing is feasible."""
+        return next(iter(self.designs.values()), None)
+
+    def _repr_html_(self) -> str:
+        title = f"{self.requirement.title}: {len(self.designs)} of {len(self.table)} configurations feasible"
+        return f"<p><b>{title}</b></p>{self.table[SHOWN_COLUMNS].head(10).to_html(index=False)}"
+
+
+@dataclass(frozen=True)
+class SweepResult:
+    """A sweep's folder, its table (a row for each requirement and configuration) and its winners."""
+
+    folder: Path
+    table: pd.DataFrame
+    winners: pd.DataFrame
+
+    def design(self, point: int, configuration: str | None = None) -> Design:
+        """The design of a configuration at a point, of the winner if none is named."""
+        from designer.files import InputError
+        from designer.study.sweep.designs import design_at
+
+        if configuration is None:
+            found = self.winners[self.winners["point"] == point]["configuration"]
+            if found.empty:
+                raise InputError(f"{self.folder}: nothing is feasible at point {point}")
+            configuration = str(found.iloc[0])
+        return design_at(self.folder, point, configuration)
+
+    def sensitivities(self, points: list[int] | None = None) -> pd.DataFrame:
+        """What one more unit of each key is worth to the winners, from the first stage's multipliers."""
+        from designer.study.sweep.designs import sensitivities
+
+        chosen = self.winners if points is None else self.winners[self.winners["point"].isin(points)]
+        pairs = zip(chosen["point"], chosen["configuration"], strict=True)
+        return sensitivities(self.folder, [(int(point), str(name)) for point, name in pairs])
+
+    def front(self, columns: tuple[str, ...] = ("depth_error_rms", "height_mm", "diameter_mm")) -> pd.DataFrame:
+        """The designs that no other beats in all the columns at once."""
+        from designer.study.sweep.export import pareto
+
+        return pareto(self.table[self.table["status"] == "feasible"], columns)
+
+    def _repr_html_(self) -> str:
+        title = f"{self.table['point'].nunique()} requirements, {len(self.winners)} with a feasible design"
+        return f"<p><b>{title}</b></p>{self.winners.head(10).to_html(index=False)}"
+
+
+def requirement(path: str | Path, **changes: object) -> Requirement:
+    """A requirement from its file, with keys changed: two underscores stand for a dot, envelope__height_mm=150."""
+    asked = read_requirement(Path(path))
+    for key, value in changes.items():
+        asked = set_key(asked, key.replace("__", "."), value)
+    return asked
+
+
+def configurations() -> pd.DataFrame:
+    """The 44 configurations: name, family, topology and the kinds of their mirrors."""
+    import pandas as pd
+
+    from designer.configurations import enumerate_configurations
+
+    return pd.DataFrame(
+        {"configuration": each.name, "family": each.family, "topology": each.topology}
+        | {name: kind.name.lower() for name, kind in each.mirror_kinds.items()}
+        for each in enumerate_configurations()
+    )
+
+
+def study(asked: Requirement, only: tuple[str, ...] = (), jobs: int | None = None) -> StudyResult:
+    """Solve, trace and rank the configurations of a requirement; nothing is written.
+
+    Parameters
+    ----------
+    asked
+        The requirement.
+    only
+        Names or glob patterns of configurations; all if empty.
+    jobs
+        Processes; one for each core if not given.
+    """
+    from designer.study.folder import table
+    from designer.study.run import solve_study
+
+    solved = solve_study(asked, jobs=jobs or os.cpu_count() or 1, only=only)
+    designs = {each.configuration.name: each.design for each in solved.feasible if each.design is not None}
+    return StudyResult(asked, table(solved.results), designs)
+
+
+def sweep(definition: str | Path, folder: str | Path, jobs: int | None = None) -> SweepResult:
+    """Run a sweep, or go on where it was, and return what it found."""
+    from designer.study.sweep.definition import read_sweep
+    from designer.study.sweep.run import run_sweep
+
+    run_sweep(*read_sweep(Path(definition)), Path(folder), jobs=jobs or os.cpu_count() or 1)
+    return read_sweep_folder(folder)
+
+
+def read_sweep_folder(folder: str | Path) -> SweepResult:
+    """What a sweep has found so far."""
+    from designer.study.sweep.export import read_sweep_results, winners
+
+    table = read_sweep_results(Path(folder))
+    return SweepResult(Path(folder), table, winners(table))
+
+
+def trace(design: Design) -> Verdict:
+    """The tracer's verdict on a design."""
+    from designer.verify.verdict import judge
+
+    return judge(design)
+
+
+def compare(first: str | Path, second: str | Path) -> Comparison:
+    """Two folders of studies or sweeps side by side."""
+    from designer.study.compare import compare as compare_folders
+
+    return compare_folders(Path(first), Path(second))

@@ -1,0 +1,92 @@
+"""``designer compare``: two studies or sweeps side by side."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from designer.study.compare import Comparison
+
+SHOWN = 20
+
+
+@click.command()
+@click.argument("first", type=click.Path(path_type=Path), metavar="A")
+@click.argument("second", type=click.Path(path_type=Path), metavar="B")
+def compare(first: Path, second: Path) -> None:
+    """Set two folders of studies or sweeps side by side: requirement, winners, scores."""
+    from designer.study.compare import compare as compare_folders
+
+    found = compare_folders(first, second)
+    click.echo("\n\n".join(filter(None, (_asked(found), _winners(found), _statuses(found), _scores(found)))))
+
+
+def _asked(found: Comparison) -> str:
+    from designer.cli.table import format_table
+
+    if not found.asked:
+        return "The same is asked of both."
+    rows = [(key, _shown(a), _shown(b)) for key, a, b in found.asked]
+    return "What is asked:\n" + format_table(("key", "A", "B"), rows)
+
+
+def _winners(found: Comparison) -> str:
+    from designer.cli.table import format_table
+
+    changed = found.changed_winners
+    if found.winners.empty:
+        return "No requirement has a winner in both."
+    text = f"Winners: {len(changed)} of {len(found.winners)} are another configuration in B."
+    axes = [name for name in found.winners.columns if name.startswith("asked.")]
+    header = (*(axis.removeprefix("asked.") for axis in axes), "A", "B", "depth error A", "depth error B")
+    rows = [
+        (
+            *(f"{row[axis]:g}" for axis in axes),
+            row["configuration_a"],
+            row["configuration_b"],
+            f"{100 * row['depth_error_rms_a']:.3f} %",
+            f"{100 * row['depth_error_rms_b']:.3f} %",
+        )
+        for _, row in changed.head(SHOWN).iterrows()
+    ]
+    return text + ("\n" + format_table(header, rows) if rows else "")
+
+
+def _statuses(found: Comparison) -> str:
+    changed = found.changed_statuses
+    if changed.empty:
+        return ""
+    lost = (changed["status_a"] == "feasible").sum()
+    names = changed["configuration"].value_counts().head(SHOWN)
+    lines = "\n".join(f"{count:6d}  {name}" for name, count in names.items())
+    return f"Feasible in A only: {lost}; in B only: {len(changed) - lost}. By configuration:\n{lines}"
+
+
+def _scores(found: Comparison) -> str:
+    from designer.cli.table import format_table
+
+    both = found.configurations.dropna(subset=["depth_error_rms_change"])
+    if both.empty:
+        return ""
+    rows = [
+        (
+            label,
+            f"{factor * both[f'{score}_change'].median():+.4g} {unit}",
+            f"{factor * both[f'{score}_change'].min():+.4g} {unit}",
+            f"{factor * both[f'{score}_change'].max():+.4g} {unit}",
+        )
+        for score, label, factor, unit in (
+            ("depth_error_rms", "depth error", 100.0, "%"),
+            ("height_mm", "height", 1.0, "mm"),
+            ("diameter_mm", "diameter", 1.0, "mm"),
+        )
+    ]
+    header = ("B less A", "median", "least", "most")
+    return f"Scores of {len(both)} designs feasible in both:\n" + format_table(header, rows, right=header[1:])
+
+
+def _shown(value: object) -> str:
+    return "-" if value is None else str(value)

@@ -1,0 +1,114 @@
+"""``designer sweep``: many requirements, resumable."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from designer.files import InputError
+
+if TYPE_CHECKING:
+    from designer.study.sweep.run import SweepProgress
+
+# Without a terminal a line for each task would be thousands.
+LINES_WITHOUT_TERMINAL = 100
+
+
+@click.command()
+@click.argument("sweep", type=click.Path(path_type=Path), metavar="SWEEP.toml")
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for the results.  [default: reports/NAME]")
+@click.option("--jobs", type=click.IntRange(min=1), help="Processes to work with.  [default: one for each core]")
+@click.option("--scheduler", metavar="ADDRESS", help="Work on the Dask cluster whose scheduler is at ADDRESS.")
+@click.option("--workers", type=click.IntRange(min=1), help="Work on a local Dask cluster of so many workers.")
+@click.option("--no-pdf", is_flag=True, help="Leave out sweep.pdf and its figures.")
+@click.option("--quiet", is_flag=True, help="Print nothing.")
+def sweep(
+    sweep: Path,
+    out: Path | None,
+    jobs: int | None,
+    scheduler: str | None,
+    workers: int | None,
+    no_pdf: bool,
+    quiet: bool,
+) -> None:
+    """Solve every configuration for many requirements; interrupted, the same command goes on where it was."""
+    from designer.cli.study import cores
+    from designer.study.sweep.definition import read_sweep
+
+    definition, base = read_sweep(sweep)
+    folder = out or Path("reports") / definition.name
+
+    from designer.study.sweep.run import run_sweep
+
+    cluster = None
+    if scheduler is not None or workers is not None:
+        if jobs is not None or (scheduler is not None and workers is not None):
+            raise InputError("give one of --jobs, --workers and --scheduler")
+        from designer.study.sweep.cluster import cluster_workers
+
+        cluster = cluster_workers(scheduler, workers)
+    with _show_progress(quiet) as progress:
+        run_sweep(definition, base, folder, jobs=jobs or cores(), workers=cluster, progress=progress)
+    pdf = None if no_pdf else _typeset(folder)
+    if not quiet:
+        click.echo(_result(folder, pdf))
+
+
+def _typeset(folder: Path) -> Path | None:
+    """The report; None if nothing is feasible."""
+    from designer.report.sweep import write_sweep_pdf
+    from designer.study.sweep.export import read_sweep_results
+
+    has_designs = (read_sweep_results(folder)["status"] == "feasible").any()
+    return write_sweep_pdf(folder) if has_designs else None
+
+
+@contextmanager
+def _show_progress(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | None]:
+    import sys
+
+    from designer.cli.progress import duration
+
+    if quiet:
+        yield None
+        return
+    is_live = sys.stderr.isatty()
+    last_line = -1
+
+    def show(progress: SweepProgress) -> None:
+        nonlocal last_line
+        share = LINES_WITHOUT_TERMINAL * progress.done // progress.total
+        if not is_live and share == last_line and progress.done < progress.total:
+            return
+        last_line = share
+        points = progress.done * progress.points_per_task
+        total = progress.total * progress.points_per_task
+        text = (
+            f"[{points:.0f}/{total:.0f}] requirements, {progress.feasible} feasible designs, "
+            f"{duration(progress.remaining_seconds)} left"
+        )
+        click.echo(f"\r{text}\x1b[K" if is_live else text, err=True, nl=not is_live)
+
+    try:
+        yield show
+    finally:
+        if is_live and last_line >= 0:
+            click.echo("", err=True)
+
+
+def _result(folder: Path, pdf: Path | None) -> str:
+    from designer.study.sweep.export import read_sweep_results, winners
+
+    frame = read_sweep_results(folder)
+    best = winners(frame)
+    counts = ", ".join(f"{count} {status}" for status, count in frame["status"].value_counts().items())
+    wins = best["configuration"].value_counts().head(5)
+    lines = [f"{count:6d}  {name}" for name, count in wins.items()]
+    header = [f"{frame['point'].nunique()} requirements; most often best:"] if lines else []
+    return "\n".join(
+        [*header, *lines, f"{len(frame)} configuration problems: {counts}", str(pdf or folder / "results.csv")]
+    )

@@ -1,0 +1,104 @@
+"""What each requirement costs: the derivative of a design's first objective by a key, from Lagrange's multipliers.
+
+At a minimum the objective changes with a parameter as the Lagrangian does with everything else held (the envelope
+theorem), so one solution tells what one more millimetre of anything is worth. It belongs to the first stage, and holds
+while the same constraints hold the design.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from designer.files import InputError
+from designer.optimise.descent import Candidate
+from designer.optimise.program import Goal, Menu, problem_parameters, solve
+from designer.optimise.search import problem_of
+from designer.requirement import Requirement, set_key
+
+# Share of a key's value by which it is moved to see which parameters follow it; they follow smoothly.
+KEY_STEP = 1e-6
+WHERE_IT_IS_ZERO = 1e-6
+# Solved again, an optimum comes back to within this, as a share.
+SAME_OPTIMUM = 1e-6
+
+KEYS = (
+    "envelope.height_mm",
+    "envelope.diameter_mm",
+    "envelope.mirror_diameter_mm",
+    "camera.nearest_mirror_mm",
+    "camera.body_radius_mm",
+    "manufacture.substrate_thickness_mm",
+    "manufacture.edge_margin_mm",
+    "manufacture.clearance_mm",
+    "manufacture.zone_gap_px",
+    "manufacture.smallest_mirror_radius_mm",
+    "manufacture.largest_slope_deg",
+    "working_volume.elevation_deg.0",
+    "working_volume.elevation_deg.1",
+    "working_volume.distance_mm.0",
+    "working_volume.distance_mm.1",
+)
+"""Keys that hold or shape a design in any requirement."""
+
+
+def first_stage_multipliers(
+    requirement: Requirement, first: Candidate, keys: Sequence[str] = KEYS
+) -> dict[str, float] | None:
+    """Derivative of the least first objective by each key, in the objective's unit for each unit of the key.
+
+    Parameters
+    ----------
+    requirement
+        The one that ``first`` is the first-stage optimum of.
+    first
+        A candidate as the search gives it.
+    keys
+        Dotted names of numeric keys; those whose value cannot be moved both ways are left out.
+
+    Returns
+    -------
+    None if the solver does not confirm the optimum. A negative value says that more of it lowers the objective.
+    """
+    goal = Goal(requirement.objective.minimise)
+    problem = first.problem
+    outcome = solve(problem, Menu.of([first.separators]), first.separators, first.scaled, goal, first.scales)
+    scale = dict(zip(first.goals, first.scales, strict=True))[goal.minimise]
+    reached, expected = outcome.objective * scale, first.goals[goal.minimise]
+    if not outcome.converged or abs(reached - expected) > SAME_OPTIMUM * expected:
+        return None
+    lens = requirement.camera.lenses.index(first.lens)
+    slopes = {}
+    for key in keys:
+        moves = _parameter_slopes(requirement, first, lens, key)
+        if moves is not None:
+            slopes[key] = scale * float(outcome.slopes[: len(moves)] @ moves)
+    return slopes
+
+
+def number_at(requirement: Requirement, key: str) -> float | None:
+    """The number a key holds, defaults included; None if it holds none."""
+    value: object = requirement
+    for part in key.split("."):
+        if isinstance(value, list | tuple):
+            value = value[int(part)] if part.isdecimal() and int(part) < len(value) else None
+        else:
+            value = getattr(value, part, None)
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+
+
+def _parameter_slopes(requirement: Requirement, first: Candidate, lens: int, key: str) -> NDArray[np.float64] | None:
+    value = number_at(requirement, key)
+    if value is None:
+        return None
+    step = KEY_STEP * abs(value) or WHERE_IT_IS_ZERO
+    ends = []
+    for moved in (value - step, value + step):
+        try:
+            changed = set_key(requirement, key, moved)
+        except InputError:
+            return None
+        ends.append(problem_parameters(problem_of(changed, changed.camera.lenses[lens], first.problem.variant)))
+    return np.asarray((ends[1] - ends[0]) / (2.0 * step))

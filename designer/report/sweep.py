@@ -1,0 +1,220 @@
+"""``sweep.pdf``: what a sweep found, with maps of which configuration wins where."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import typst
+
+from designer.files import InputError, write_atomically
+from designer.report.figures.style import report_style, svg_bytes
+from designer.report.sweep_figures import (
+    NAMED_COLOURS,
+    draw_heat_map,
+    draw_parallel,
+    draw_pareto,
+    draw_winner_map,
+    letters_of,
+    short,
+)
+from designer.report.typesetting.markup import DASH, call, cells, literal, number, text
+from designer.study.sweep.designs import sensitivities
+from designer.study.sweep.export import axis_columns, pareto, read_sweep_results, winners
+from designer.study.sweep.store import read_store
+
+WIDTH_MM = 168.0
+LISTED_WINNERS = 15
+# Multipliers are shown for so many winners, spread over the sweep.
+SENSITIVITIES_SHOWN = 10
+SMALLEST_SLOPE_SHOWN = 1e-4
+FRONT_COLUMNS = ("depth_error_rms", "height_mm", "diameter_mm")
+
+
+def write_sweep_pdf(folder: Path) -> Path:
+    """Draw a sweep's figures, typeset its report, and return the path of ``sweep.pdf``.
+
+    Raises
+    ------
+    InputError
+        The folder holds no sweep, or nothing in it is feasible.
+    """
+    table = read_sweep_results(folder)
+    best = winners(table)
+    if best.empty:
+        raise InputError(f"{folder}: nothing is feasible in this sweep, so there is nothing to draw")
+    figures = _draw(table, best)
+    for name, svg in figures.items():
+        write_atomically(folder / "figures" / name, svg)
+    files = {f"figures/{name}": svg for name, svg in figures.items()}
+    files["style.typ"] = resources.files("designer.report.typesetting").joinpath("style.typ").read_bytes()
+    files["main.typ"] = _source(folder, table, best).encode()
+    compile_files: Any = typst.compile
+    pdf: bytes = compile_files(files, format="pdf", ignore_system_fonts=True, font_paths=[], pdf_tags=False)
+    path = folder / "sweep.pdf"
+    write_atomically(path, pdf)
+    return path
+
+
+def _draw(table: pd.DataFrame, best: pd.DataFrame) -> dict[str, bytes]:
+    """Every figure as SVG by its file name."""
+    letters = letters_of(best)
+    axes = [axis for axis in axis_columns(table) if table[axis].nunique() > 1] or axis_columns(table)
+    feasible = table[table["status"] == "feasible"]
+    front = pareto(feasible, FRONT_COLUMNS)
+    shown = best.assign(percent=100.0 * best["depth_error_rms"])
+    with report_style():
+        drawn = {
+            "winners.svg": draw_winner_map(best, axes, letters, WIDTH_MM),
+            "depth-error.svg": draw_heat_map(shown, axes, "percent", "depth error of the winner (%)", WIDTH_MM),
+            "limit-ratio.svg": draw_heat_map(best, axes, "limit_ratio", "depth error / limit", WIDTH_MM),
+            "height.svg": draw_heat_map(best, axes, "height_mm", "height of the winner (mm)", WIDTH_MM),
+            "pareto.svg": draw_pareto(feasible, letters, WIDTH_MM),
+            "parallel.svg": draw_parallel(front, axes, letters, WIDTH_MM),
+        }
+        return {name: svg_bytes(figure) for name, figure in drawn.items()}
+
+
+def _source(folder: Path, table: pd.DataFrame, best: pd.DataFrame) -> str:
+    with read_store(folder) as connection:
+        about = dict(connection.execute("SELECT key, value FROM about"))
+        planned = connection.execute("SELECT COUNT(*) FROM points").fetchone()[0]
+    definition = json.loads(about["definition"])
+    base = tomllib.loads(about["requirement"])
+    letters = letters_of(best)
+    front = pareto(table[table["status"] == "feasible"], FRONT_COLUMNS)
+    parts = [
+        '#import "style.typ": *\n',
+        f"#show: report.with(study: {literal(definition['name'])}, title: {literal(definition['title'])}, "
+        'kind: "sweep")\n',
+        f'#text(size: 18pt, weight: "bold", {literal(definition["title"])})\n',
+        text(definition["description"]) + "\n",
+        _summary(table, best, planned),
+        "= Who wins where\n",
+        _figure(
+            "winners.svg",
+            "Best configuration of each requirement. Letters as in the table; the "
+            f"{len(NAMED_COLOURS)} that win most often are coloured, the rest grey. No cell: nothing is feasible.",
+        ),
+        _winners_table(best, letters),
+        "= How good the winner is\n",
+        _figure("depth-error.svg", "Depth error of the best design: root mean square over the working volume."),
+        _figure("limit-ratio.svg", "Its ratio to the closed-form limit at its own baseline and lens."),
+        _figure("height.svg", "Its height."),
+        "= Fronts over the whole sweep\n",
+        _figure(
+            "pareto.svg",
+            "Every feasible design of the sweep (grey) and the front of depth error against height and diameter, "
+            "with the letter of its configuration where it wins somewhere.",
+        ),
+        _figure(
+            "parallel.svg",
+            f"The {len(front)} designs that no other beats in depth error, height and diameter at once: what was "
+            "asked, and what came of it. Colours as in the map.",
+        ),
+        _sensitivity_section(folder, best),
+        "= Where it comes from\n",
+        text(
+            f"Designer {about['version of designer']}, base requirement {base['name']}, plan "
+            f"{definition['plan'].replace('_', ' ')}, seed {definition['seed']} of the plan and "
+            f"{base['solve']['seed']} of the searches. Each point started from a neighbour's optimum along a fixed "
+            "tree; each feasible design was traced over the elevations asked of it."
+        ),
+    ]
+    return "\n".join(parts)
+
+
+def _summary(table: pd.DataFrame, best: pd.DataFrame, planned: int) -> str:
+    counts = table["status"].value_counts()
+    statuses = ", ".join(f"{count} {status}" for status, count in counts.items())
+    solved = table["point"].nunique()
+    least = best.sort_values("depth_error_rms").iloc[0]
+    axes = "; ".join(
+        f"{short(axis)} {table[axis].min():g} to {table[axis].max():g} ({table[axis].nunique()} values)"
+        for axis in axis_columns(table)
+    )
+    unfinished = f" of {planned} planned" if solved < planned else ""
+    return call(
+        "boxed",
+        literal("In short"),
+        "["
+        + text(
+            f"{solved} requirements{unfinished}: {axes}. {len(table)} configuration problems: {statuses}. "
+            f"{len(best)} requirements have at least one feasible design; {best['configuration'].nunique()} "
+            f"configurations win somewhere, most often {best['configuration'].value_counts().index[0]}. The least "
+            f"depth error of the sweep is {100 * least['depth_error_rms']:.3g} %, by {least['configuration']} "
+            f"{least['height_mm']:.0f} mm tall."
+        )
+        + "]",
+    )
+
+
+def _winners_table(best: pd.DataFrame, letters: dict[str, str]) -> str:
+    rows = []
+    for name in list(letters)[:LISTED_WINNERS]:
+        part = best[best["configuration"] == name]
+        rows.append(
+            [
+                letters[name],
+                name,
+                str(len(part)),
+                number(100.0 * part["depth_error_rms"].median(), 3),
+                number(part["limit_ratio"].median(), 3),
+                number(part["height_mm"].median(), 1),
+                number(part["diameter_mm"].median(), 1),
+            ]
+        )
+    return call(
+        "ruled",
+        columns="(auto, 1fr) + (auto,) * 5",
+        align="(left, left) + (right,) * 5",
+        header="([], [configuration], [wins], [depth error (%)], [of limit], [height (mm)], [diameter (mm)],)",
+        rows=cells(rows),
+    ) + text("Medians over the requirements where each wins.")
+
+
+def _sensitivity_section(folder: Path, best: pd.DataFrame) -> str:
+    """What one percent more of each key does to the first objective of some winners."""
+    chosen = best.iloc[np.unique(np.linspace(0, len(best) - 1, SENSITIVITIES_SHOWN).round().astype(int))]
+    slopes = sensitivities(folder, list(zip(chosen["point"], chosen["configuration"], strict=True)))
+    keys = [key for key in slopes.columns[2:] if slopes[key].abs().max() > 0.0]
+    if slopes.empty or not keys:
+        return ""
+    weight = slopes[keys].abs().mean().sort_values(ascending=False)
+    keys = [str(key) for key in weight.index[:8]]
+    rows = [
+        [str(row["point"]), row["configuration"], *(_slope(1e4 * row[key]) for key in keys)]
+        for _, row in slopes.iterrows()
+    ]
+    header = ", ".join(f"[#text({literal(short(key))})]" for key in keys)
+    return (
+        "= What each requirement is worth\n"
+        + text(
+            "Change of the least depth error, in parts per ten thousand (0.01 percentage points of relative depth "
+            "error), for one more unit (mm, degree or pixel) of each key: the Lagrange multipliers of the first "
+            "stage, at winners spread over the sweep. They hold while the same constraints hold the design."
+        )
+        + "\n"
+        + call(
+            "ruled",
+            columns=f"(auto, auto) + (1fr,) * {len(keys)}",
+            align=f"(right, left) + (right,) * {len(keys)}",
+            header=f"([point], [configuration], {header},)",
+            rows=cells(rows),
+            size="7pt",
+        )
+    )
+
+
+def _slope(value: float) -> str:
+    """Three digits; nothing worth mentioning is a dash."""
+    return DASH if abs(value) < SMALLEST_SLOPE_SHOWN else f"{value:+.3g}".replace("-", "−")
+
+
+def _figure(name: str, caption: str) -> str:
+    return f'#figure(image("figures/{name}", width: 100%), caption: [{text(caption)}])\n'

@@ -1,0 +1,106 @@
+"""Two studies or two sweeps side by side: what changed in the requirement, in the winners, in the scores."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from designer.files import InputError, read_text
+from designer.requirement import requirement_to_toml
+from designer.study.sweep.export import axis_columns, read_sweep_results, requirement_of
+from designer.study.sweep.store import FILE_NAME
+
+SCORES = ("depth_error_rms", "limit_ratio", "baseline_mm", "height_mm", "diameter_mm")
+# Names differ between any two; they say nothing of what is asked.
+_NOT_ASKED = ("name", "title", "description")
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """What differs between two results.
+
+    Attributes
+    ----------
+    asked
+        (key, value in A, value in B) of every key of the requirement that differs; None where it is not given.
+    winners
+        One row for each requirement that both have: its axes (sweeps), the winners and their scores, ``_a`` and
+        ``_b``.
+    configurations
+        One row for each requirement and configuration in both: status and scores, ``_a`` and ``_b``.
+    """
+
+    asked: tuple[tuple[str, Any, Any], ...]
+    winners: pd.DataFrame
+    configurations: pd.DataFrame
+
+    @property
+    def changed_winners(self) -> pd.DataFrame:
+        """Requirements whose winner is another configuration in B."""
+        return self.winners[self.winners["configuration_a"] != self.winners["configuration_b"]]
+
+    @property
+    def changed_statuses(self) -> pd.DataFrame:
+        """Configurations that are feasible in one and not in the other."""
+        feasible = self.configurations[["status_a", "status_b"]] == "feasible"
+        return self.configurations[feasible["status_a"] != feasible["status_b"]]
+
+
+def compare(first: Path, second: Path) -> Comparison:
+    """Compare two folders, both of studies or both of sweeps.
+
+    Sweeps are compared where they asked the same of the same axes.
+
+    Raises
+    ------
+    InputError
+        A folder holds neither, they are of different kinds, or the sweeps have other axes.
+    """
+    asked_a, table_a = _read(first)
+    asked_b, table_b = _read(second)
+    axes = axis_columns(table_a)
+    if axes != axis_columns(table_b):
+        raise InputError(f"{first} and {second}: a study and a sweep, or sweeps over other axes, cannot be compared")
+    swept = {axis.partition(".")[2] for axis in axes}
+    flat_a, flat_b = _flat(asked_a), _flat(asked_b)
+    keys = [key for key in {**flat_a, **flat_b} if key not in _NOT_ASKED and key not in swept]
+    changes = tuple((key, flat_a.get(key), flat_b.get(key)) for key in keys if flat_a.get(key) != flat_b.get(key))
+    return Comparison(
+        changes,
+        _joined(table_a[table_a["rank"] == 1], table_b[table_b["rank"] == 1], axes, ["configuration", *SCORES]),
+        _joined(table_a, table_b, [*axes, "configuration"], ["status", "rank", *SCORES]),
+    )
+
+
+def _read(folder: Path) -> tuple[Mapping[str, Any], pd.DataFrame]:
+    """What was asked, and the table of results."""
+    if (folder / FILE_NAME).is_file():
+        return tomllib.loads(requirement_to_toml(requirement_of(folder))), read_sweep_results(folder)
+    if not (folder / "designs.csv").is_file():
+        raise InputError(f"{folder}: must be the folder of a study or of a sweep")
+    table = pd.read_csv(folder / "designs.csv")
+    if "rank" not in table:  # nothing is feasible
+        table["rank"] = pd.NA
+    return tomllib.loads(read_text(folder / "requirement.toml")), table
+
+
+def _joined(first: pd.DataFrame, second: pd.DataFrame, on: list[str], columns: list[str]) -> pd.DataFrame:
+    if not on:
+        pairs = pd.merge(first[columns], second[columns], how="cross", suffixes=("_a", "_b"))
+    else:
+        pairs = pd.merge(first[[*on, *columns]], second[[*on, *columns]], on=on, suffixes=("_a", "_b"))
+    return pairs.assign(
+        **{f"{score}_change": pairs[f"{score}_b"].astype(float) - pairs[f"{score}_a"].astype(float) for score in SCORES}
+    )
+
+
+def _flat(content: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in content.items():
+        flat |= _flat(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
+    return flat

@@ -1,0 +1,77 @@
+"""From a sweep's store back to designs: the record of any of them, and what each requirement is worth to it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from designer.configurations import Configuration
+from designer.design import Design
+from designer.evaluate.summary import evaluate_design
+from designer.files import InputError
+from designer.optimise.descent import Candidate
+from designer.optimise.multipliers import KEYS, first_stage_multipliers
+from designer.optimise.search import recall
+from designer.requirement import Requirement
+from designer.study.record import record_of
+from designer.study.sweep.definition import requirement_at
+from designer.study.sweep.export import requirement_of
+from designer.study.sweep.point import read_trails
+from designer.study.sweep.store import read_store
+
+
+def design_at(folder: Path, point: int, configuration: str) -> Design:
+    """The second-stage design of one configuration at one point of a sweep, scored.
+
+    Raises
+    ------
+    InputError
+        The sweep has no feasible design there.
+    """
+    requirement, _, best = _recalled(folder, point, configuration)
+    record = record_of(requirement, best)
+    return record.model_copy(update={"score": evaluate_design(record, requirement.manufacture.zone_gap_px)})
+
+
+def sensitivities(folder: Path, designs: Iterable[tuple[int, str]], keys: Sequence[str] = KEYS) -> pd.DataFrame:
+    """Derivatives of the least first objective by requirement keys: one row for each (point, configuration) given.
+
+    They belong to the first stage. Rows whose optimum the solver does not confirm are left out.
+    """
+    rows = []
+    for point, configuration in designs:
+        requirement, first, _ = _recalled(folder, point, configuration)
+        slopes = first_stage_multipliers(requirement, first, keys)
+        if slopes is not None:
+            rows.append({"point": point, "configuration": configuration, **slopes})
+    return pd.DataFrame(rows, columns=["point", "configuration", *keys])
+
+
+def _recalled(folder: Path, point: int, name: str) -> tuple[Requirement, Candidate, Candidate]:
+    """The requirement of a point, and the best first-stage and second-stage design of a configuration there."""
+    base = requirement_of(folder)
+    with read_store(folder) as connection:
+        asked = connection.execute("SELECT coordinates FROM points WHERE point = ?", (point,)).fetchone()
+        if asked is None:
+            raise InputError(f"{folder}: the sweep has no point {point}")
+        tasks = connection.execute("SELECT trails FROM tasks WHERE point = ?", (point,)).fetchall()
+    requirement = requirement_at(base, json.loads(asked[0]))
+    known = {found: trails for (text,) in tasks for found, trails in read_trails(text).items()}
+    configuration = _configuration(base, name)
+    goals = requirement.objective
+    pairs = [recall(requirement, configuration, trail) for trail in known.get(name, []) if trail.is_feasible]
+    smallest = [second for _, second in pairs if second is not None]
+    if not smallest:
+        raise InputError(f"{folder}: {name} has no feasible design at point {point}")
+    first = min((first for first, _ in pairs), key=lambda design: design.goals[goals.minimise])
+    return requirement, first, min(smallest, key=lambda design: design.goals[goals.then])
+
+
+def _configuration(base: Requirement, name: str) -> Configuration:
+    for configuration in base.configurations:
+        if configuration.name == name:
+            return configuration
+    raise InputError(f"{name!r} is no configuration of this sweep")

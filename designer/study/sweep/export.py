@@ -1,0 +1,110 @@
+"""The tables of a sweep, for people and machines: CSV always, Parquet where pyarrow is installed."""
+
+from __future__ import annotations
+
+import importlib.util
+import io
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from designer.files import write_atomically
+from designer.requirement import Requirement
+from designer.study.sweep.store import RESULT_COLUMNS, read_store
+
+RESULTS, WINNERS = "results", "winners"
+_GOAL_COLUMNS = {
+    "depth_error": "depth_error_rms",
+    "height": "height_mm",
+    "diameter": "diameter_mm",
+    "volume": "volume_cm3",
+}
+_ASKED = "asked."
+
+
+def read_sweep_results(folder: Path) -> pd.DataFrame:
+    """One row for each finished point and configuration, in the order of points and of the 44.
+
+    Columns: point, one ``asked.KEY`` for each axis, rank (best design of the point 1; empty unless feasible), then
+    those of the store.
+
+    Raises
+    ------
+    InputError
+        The folder has no sweep.
+    """
+    with read_store(folder) as connection:
+        coordinates = {
+            number: json.loads(text)
+            for number, text in connection.execute("SELECT point, coordinates FROM points ORDER BY point")
+        }
+        rows = connection.execute(f"SELECT point, {', '.join(RESULT_COLUMNS)} FROM results").fetchall()
+        base = requirement_of(folder)
+    frame = pd.DataFrame(rows, columns=["point", *RESULT_COLUMNS])
+    order = {configuration.name: place for place, configuration in enumerate(base.configurations)}
+    frame = frame.assign(place=frame["configuration"].map(order)).sort_values(["point", "place"], ignore_index=True)
+    keys = list(next(iter(coordinates.values())))
+    asked = pd.DataFrame({f"{_ASKED}{key}": [coordinates[point][key] for point in frame["point"]] for key in keys})
+    numbers = [name for name, kind in RESULT_COLUMNS.items() if kind == "REAL"]
+    frame[numbers] = frame[numbers].astype(float)
+    ranks = _ranks(frame, base)
+    return pd.concat([frame[["point"]], asked, ranks, frame[list(RESULT_COLUMNS)]], axis=1)
+
+
+def requirement_of(folder: Path) -> Requirement:
+    """The base requirement of a sweep's folder."""
+    import tomllib
+
+    with read_store(folder) as connection:
+        text = connection.execute("SELECT value FROM about WHERE key = 'requirement'").fetchone()[0]
+    return Requirement.model_validate(tomllib.loads(text))
+
+
+def axis_columns(frame: pd.DataFrame) -> list[str]:
+    """The columns of a sweep's table that hold what was asked."""
+    return [name for name in frame.columns if name.startswith(_ASKED)]
+
+
+def winners(frame: pd.DataFrame) -> pd.DataFrame:
+    """The best design of each point; points without one are left out."""
+    return frame[frame["rank"] == 1].reset_index(drop=True)
+
+
+def pareto(table: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
+    """The rows that no other row beats or equals in every column while beating it in one; smaller is better."""
+    ordered = table.sort_values(list(columns), kind="stable")
+    values = ordered[list(columns)].to_numpy(dtype=float)
+    kept: list[int] = []
+    for index, row in enumerate(values):
+        front = values[kept]
+        # Sorted by the first column, nothing that comes later can beat what is kept.
+        if not len(kept) or not (front <= row).all(axis=1).any():
+            kept.append(index)
+    return ordered.iloc[kept]
+
+
+def _ranks(frame: pd.DataFrame, base: Requirement) -> pd.Series[int]:
+    """Ranks as a study gives them: within the tolerance of the best first objective, the second decides."""
+    objective = base.objective
+    first, second = f"first_stage_{_GOAL_COLUMNS[objective.minimise]}", _GOAL_COLUMNS[objective.then]
+    feasible = frame[frame["status"] == "feasible"]
+    best = feasible.groupby("point")[first].transform("min")
+    is_near = feasible[first] <= best * (1.0 + objective.within_percent / 100.0)
+    deciding = feasible[second].where(is_near, feasible[first])
+    keys = pd.DataFrame({"point": feasible["point"], "far": ~is_near, "deciding": deciding})
+    ordered = keys.sort_values(["point", "far", "deciding"], kind="stable")
+    ranks = ordered.groupby("point").cumcount() + 1
+    return ranks.reindex(frame.index).astype("Int64").rename("rank")
+
+
+def export_tables(folder: Path) -> None:
+    """Write results.csv and winners.csv, and both as Parquet if pyarrow is installed."""
+    frame = read_sweep_results(folder)
+    for name, table in ((RESULTS, frame), (WINNERS, winners(frame))):
+        write_atomically(folder / f"{name}.csv", table.to_csv(index=False))
+        if importlib.util.find_spec("pyarrow") is not None:
+            buffer = io.BytesIO()
+            table.to_parquet(buffer, index=False)
+            write_atomically(folder / f"{name}.parquet", buffer.getvalue())

@@ -1,0 +1,131 @@
+"""One point of a sweep for some of its configurations: a pure function of requirement and parent, fit for any process.
+
+What goes in and comes out are strings and plain rows, so that a result is the same whether its parent was computed a
+moment ago or read from the store of an interrupted run: Python writes floats so that they read back exactly.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+import traceback
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from designer.configurations import Configuration
+from designer.optimise.box import limit_of
+from designer.optimise.program import Separators
+from designer.optimise.search import SearchResult, Trail, search
+from designer.requirement import Requirement
+from designer.study.record import describe_variant, record_of
+from designer.study.sweep.definition import requirement_at
+from designer.verify.verdict import judge
+
+# Configurations of one task: enough of them that a task outweighs what it costs to hand it out.
+CONFIGURATIONS_PER_TASK = 11
+
+
+@dataclass(frozen=True, slots=True)
+class TaskResult:
+    """What a task found: a row for each configuration, and the trails that its children start from, as JSON."""
+
+    rows: list[dict[str, Any]]
+    trails: str
+    seconds: float
+
+
+def chunks_of(base: Requirement) -> tuple[tuple[Configuration, ...], ...]:
+    """The configurations of each task at a point, dealt out so that tasks take about as long as one another."""
+    chosen = base.configurations
+    count = -(-len(chosen) // CONFIGURATIONS_PER_TASK)
+    return tuple(chosen[first::count] for first in range(count))
+
+
+def solve_task(base: Requirement, coordinates: dict[str, float], chunk: int, parent: str | None) -> TaskResult:
+    """Solve some configurations of one point.
+
+    Parameters
+    ----------
+    base, coordinates
+        The requirement before and what the point changes in it.
+    chunk
+        Which of :func:`chunks_of`.
+    parent
+        Trails of the parent's task of the same chunk; None at the root, which starts from screened designs.
+    """
+    started = time.perf_counter()
+    requirement = requirement_at(base, coordinates)
+    known = read_trails(parent) if parent is not None else {}
+    rows, trails = [], {}
+    for configuration in chunks_of(base)[chunk]:
+        row, found = _solve(requirement, configuration, known.get(configuration.name, []))
+        rows.append(row)
+        trails[configuration.name] = [asdict(trail) for trail in found]
+    return TaskResult(rows, json.dumps(trails, separators=(",", ":")), time.perf_counter() - started)
+
+
+def read_trails(text: str) -> dict[str, list[Trail]]:
+    """Trails by configuration, from the JSON of a task."""
+    return {name: [_trail(item) for item in items] for name, items in json.loads(text).items()}
+
+
+def _solve(
+    requirement: Requirement, configuration: Configuration, parent: list[Trail]
+) -> tuple[dict[str, Any], tuple[Trail, ...]]:
+    """One configuration as a row of the table, and its trails; never raises."""
+    row: dict[str, Any] = {"configuration": configuration.name}
+    try:
+        result = search(requirement, configuration, parent)
+        row |= {"status": result.status, "reason": result.reason, "solves": result.solves}
+        if result.shortfall is not None:
+            row |= {
+                "closest_constraint": result.shortfall.constraint,
+                "closest_violation": result.shortfall.amount,
+                "closest_unit": result.shortfall.unit,
+            }
+        if result.status == "feasible":
+            assert result.best is not None
+            verdict = judge(record_of(requirement, result.best), whole_image=False)
+            if verdict.passed:
+                row |= _scores(result)
+            else:
+                row |= {"status": "failed", "reason": f"the tracer rejects the design: {verdict.problems[0]}"}
+    except Exception as error:
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        reason = " ".join(f"{type(error).__name__}: {error} ({where.name}, line {where.lineno})".split())
+        # Without trails the children start anew.
+        return {"configuration": configuration.name, "status": "failed", "reason": reason}, ()
+    return row, result.trails
+
+
+def _scores(result: SearchResult) -> dict[str, Any]:
+    assert result.best is not None
+    assert result.first is not None
+    best, first = result.best, result.first
+    values, problem = best.values, best.problem
+    limit = float(limit_of(problem.variant, problem.rules, values["baseline"], values["principal_distance"]))
+    return {
+        "depth_error_rms": best.goals["depth_error"],
+        "limit_ratio": best.goals["depth_error"] / limit,
+        "baseline_mm": values["baseline"],
+        "height_mm": best.goals["height"],
+        "diameter_mm": best.goals["diameter"],
+        "volume_cm3": best.goals["volume"] * 1e-3,
+        "first_stage_depth_error_rms": first.goals["depth_error"],
+        "first_stage_limit_ratio": first.goals["depth_error"] / result.limit_of_first,
+        "first_stage_height_mm": first.goals["height"],
+        "first_stage_diameter_mm": first.goals["diameter"],
+        "first_stage_volume_cm3": first.goals["volume"] * 1e-3,
+        "principal_distance_mm": values["principal_distance"],
+        "lens": best.lens.name,
+        "variant": describe_variant(best),
+    }
+
+
+def _trail(item: dict[str, Any]) -> Trail:
+    known = {name: _separators(item[name]) for name in ("separators", "second_separators")}
+    return Trail(**(item | known))
+
+
+def _separators(chosen: dict[str, list[int]] | None) -> Separators | None:
+    return None if chosen is None else Separators(tuple(chosen["legs"]), tuple(chosen["solids"]))

@@ -1,0 +1,207 @@
+"""The store of a sweep: one SQLite file in its folder, written by one process, a task at a time, each whole or absent.
+
+Tables: ``points`` (number, parent, coordinates as JSON), ``tasks`` (one row for each finished task, with the trails its
+children start from), ``results`` (one row for each point and configuration), ``about`` (what the sweep was).
+"""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import json
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from designer.files import InputError
+from designer.study.sweep.plan import Point
+from designer.study.sweep.point import TaskResult
+
+FILE_NAME = "sweep.sqlite"
+RESULT_COLUMNS = {
+    "configuration": "TEXT",
+    "status": "TEXT",
+    "reason": "TEXT",
+    "depth_error_rms": "REAL",
+    "limit_ratio": "REAL",
+    "baseline_mm": "REAL",
+    "height_mm": "REAL",
+    "diameter_mm": "REAL",
+    "volume_cm3": "REAL",
+    "first_stage_depth_error_rms": "REAL",
+    "first_stage_limit_ratio": "REAL",
+    "first_stage_height_mm": "REAL",
+    "first_stage_diameter_mm": "REAL",
+    "first_stage_volume_cm3": "REAL",
+    "principal_distance_mm": "REAL",
+    "lens": "TEXT",
+    "variant": "TEXT",
+    "multipliers": "TEXT",
+    "closest_constraint": "TEXT",
+    "closest_violation": "REAL",
+    "closest_unit": "TEXT",
+    "solves": "INTEGER",
+}
+"""Columns of ``results`` beside the point, in order; lengths in mm, errors as shares."""
+
+_SCHEMA = f"""
+CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE points (point INTEGER PRIMARY KEY, parent INTEGER, coordinates TEXT NOT NULL);
+CREATE TABLE tasks (
+    point INTEGER NOT NULL REFERENCES points, chunk INTEGER NOT NULL, trails TEXT NOT NULL, seconds REAL NOT NULL,
+    PRIMARY KEY (point, chunk)
+);
+CREATE TABLE results (
+    point INTEGER NOT NULL REFERENCES points, {", ".join(f"{name} {kind}" for name, kind in RESULT_COLUMNS.items())},
+    PRIMARY KEY (point, configuration)
+);
+"""
+
+
+class StoreError(OSError):
+    """The store cannot be written: the disk is full, the folder read-only. What is in it stays whole."""
+
+
+class Store:
+    """An open store. Use :func:`open_store`."""
+
+    def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
+        self.path = path
+        self.connection = connection
+
+    def finished(self) -> set[tuple[int, int]]:
+        """(point, chunk) of every finished task."""
+        return set(self.connection.execute("SELECT point, chunk FROM tasks"))
+
+    def trails(self, point: int, chunk: int) -> str:
+        """The trails of one finished task, as JSON."""
+        found = self.connection.execute("SELECT trails FROM tasks WHERE point = ? AND chunk = ?", (point, chunk))
+        return str(found.fetchone()[0])
+
+    def feasible_count(self) -> int:
+        """How many designs are feasible so far."""
+        found = self.connection.execute("SELECT COUNT(*) FROM results WHERE status = 'feasible'")
+        return int(found.fetchone()[0])
+
+    def add(self, point: int, chunk: int, result: TaskResult) -> None:
+        """Write one finished task, whole or not at all.
+
+        Raises
+        ------
+        StoreError
+            The disk is full or has failed; the task is not in the store.
+        """
+        columns = ["point", *RESULT_COLUMNS]
+        rows = [[point, *(row.get(name) for name in RESULT_COLUMNS)] for row in result.rows]
+        with self._writing():
+            self.connection.executemany(
+                f"INSERT INTO results ({', '.join(columns)}) VALUES ({', '.join('?' * len(columns))})", rows
+            )
+            self.connection.execute(
+                "INSERT INTO tasks VALUES (?, ?, ?, ?)", (point, chunk, result.trails, result.seconds)
+            )
+
+    def create(self, about: dict[str, str], points: tuple[Point, ...]) -> None:
+        """Lay out an empty store, or make sure that it holds this very sweep.
+
+        Raises
+        ------
+        InputError
+            It holds another sweep.
+        StoreError
+            It cannot be written.
+        """
+        if self.connection.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()[0]:
+            known = dict(self.connection.execute("SELECT key, value FROM about"))
+            changed = [key for key in about if known.get(key) != about[key]]
+            if changed:
+                raise InputError(
+                    f"{self.path}: holds a sweep with another {' and '.join(changed)}; "
+                    "give another folder with --out, or remove the file to start anew"
+                )
+            return
+        with self._writing():
+            # executescript would commit halfway.
+            for statement in filter(str.strip, _SCHEMA.split(";")):
+                self.connection.execute(statement)
+            self.connection.executemany("INSERT INTO about VALUES (?, ?)", about.items())
+            self.connection.executemany(
+                "INSERT INTO points VALUES (?, ?, ?)",
+                [(point.number, point.parent, json.dumps(point.coordinates)) for point in points],
+            )
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        try:
+            self.connection.execute("BEGIN IMMEDIATE")
+            yield
+            self.connection.execute("COMMIT")
+        except sqlite3.Error as error:
+            if self.connection.in_transaction:
+                self.connection.rollback()
+            raise StoreError(
+                f"{self.path}: cannot be written: {error}; what is finished is safe, and the same command goes on "
+                "from there"
+            ) from None
+        except BaseException:
+            if self.connection.in_transaction:
+                self.connection.rollback()
+            raise
+
+
+@contextmanager
+def open_store(folder: Path) -> Iterator[Store]:
+    """Open the store of a folder for writing; one process at a time.
+
+    Raises
+    ------
+    InputError
+        Another process writes it, or the file is no store.
+    StoreError
+        The folder cannot be written.
+    """
+    path = folder / FILE_NAME
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = (folder / f".{FILE_NAME}.lock").open("w")
+    except OSError as error:
+        raise StoreError(f"{folder}: results cannot be written there: {error.strerror or error}") from None
+    with lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            if error.errno not in {errno.EAGAIN, errno.EACCES}:
+                raise
+            raise InputError(f"{path}: another process is working on this sweep") from None
+        try:
+            connection = sqlite3.connect(path, isolation_level=None, timeout=30.0)
+            connection.execute("SELECT COUNT(*) FROM sqlite_master")
+        except sqlite3.DatabaseError as error:
+            raise InputError(f"{path}: is no store of a sweep: {error}") from None
+        try:
+            yield Store(path, connection)
+        finally:
+            connection.close()
+
+
+@contextmanager
+def read_store(folder: Path) -> Iterator[sqlite3.Connection]:
+    """Open the store of a folder for reading, also while another process writes it.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    path = folder / FILE_NAME
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such sweep")
+    connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=30.0)
+    try:
+        connection.execute("SELECT COUNT(*) FROM points")
+        yield connection
+    except sqlite3.DatabaseError as error:
+        raise InputError(f"{path}: is no store of a sweep: {error}") from None
+    finally:
+        connection.close()

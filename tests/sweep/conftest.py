@@ -1,0 +1,48 @@
+from pathlib import Path
+
+import pytest
+
+from designer.study.sweep.definition import read_sweep
+from designer.study.sweep.export import read_sweep_results
+from designer.study.sweep.run import run_sweep
+
+CONFIGS = Path(__file__).resolve().parents[2] / "configs"
+QUICK = """
+plan = "grid"
+requirement = "base.toml"
+[[axis]]
+key = "baseline_mm"
+values = [96, 98, 100]
+[[axis]]
+key = "envelope.height_mm"
+values = [136, 138, 140]
+"""
+
+
+def write_quick_sweep(folder):
+    """Write a sweep of nine points, two configurations each, which takes seconds; returns its path."""
+    base = (CONFIGS / "indoor_robot.toml").read_text()
+    base += '\n[solve]\nstarts = 2\nconfigurations = ["folded-PaPa-Hy-*"]\n'
+    (folder / "base.toml").write_text(base)
+    path = folder / "quick.toml"
+    path.write_text(QUICK)
+    return path
+
+
+@pytest.fixture
+def quick_sweep(tmp_path):
+    return write_quick_sweep(tmp_path)
+
+
+@pytest.fixture(scope="session")
+def finished_folder(tmp_path_factory):
+    """The folder of the quick sweep, solved in one go by two processes."""
+    folder = tmp_path_factory.mktemp("undisturbed")
+    definition, base = read_sweep(write_quick_sweep(folder))
+    run_sweep(definition, base, folder / "out", jobs=2)
+    return folder / "out"
+
+
+@pytest.fixture(scope="session")
+def undisturbed(finished_folder):
+    return read_sweep_results(finished_folder)

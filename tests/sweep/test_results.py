@@ -1,0 +1,150 @@
+"""What is made of a finished sweep: designs, tables, report, comparison."""
+
+import doctest
+import sqlite3
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+from hypothesis import given
+from hypothesis import strategies as st
+
+from designer import api
+from designer.cli import cli
+from designer.design import Design
+from designer.files import InputError
+from designer.report.sweep import write_sweep_pdf
+from designer.report.sweep_figures import letters_of, short
+from designer.study.compare import compare
+from designer.study.sweep.export import pareto
+from designer.study.sweep.store import FILE_NAME
+from designer.verify.verdict import judge
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_designs_come_back_from_the_store_as_they_were_found(finished_folder, undisturbed):
+    found = api.read_sweep_folder(finished_folder)
+    for _, row in found.winners.iloc[::4].iterrows():
+        design = found.design(int(row["point"]))
+        assert isinstance(design, Design)
+        assert judge(design).passed
+        assert design.height_mm == pytest.approx(row["height_mm"], rel=1e-12)
+        assert design.baseline_mm == row["asked.baseline_mm"]
+        assert design.score["depth_error_rms"] == pytest.approx(row["depth_error_rms"], rel=1e-9)
+
+
+def test_store_is_readable_by_pandas_and_parquet_says_what_csv_says(finished_folder, undisturbed):
+    with sqlite3.connect(finished_folder / FILE_NAME) as connection:
+        rows = pd.read_sql("SELECT * FROM results", connection)
+    assert len(rows) == len(undisturbed)
+    pytest.importorskip("pyarrow")
+    parquet = pd.read_parquet(finished_folder / "results.parquet")
+    csv = pd.read_csv(finished_folder / "results.csv")
+    for name in ("depth_error_rms", "height_mm", "asked.baseline_mm"):
+        np.testing.assert_array_equal(parquet[name], csv[name])
+
+
+def test_ranks_follow_the_rule_of_a_study(undisturbed):
+    for _, part in undisturbed[undisturbed["status"] == "feasible"].groupby("point"):
+        best = part["first_stage_depth_error_rms"].min()
+        near = part[part["first_stage_depth_error_rms"] <= 1.01 * best]
+        assert part.loc[part["rank"].idxmin(), "height_mm"] == near["height_mm"].min()
+        assert sorted(part["rank"]) == list(range(1, len(part) + 1))
+
+
+@given(st.lists(st.tuples(*[st.integers(0, 5)] * 3), min_size=1, max_size=40))
+def test_pareto_front_is_what_nothing_beats(rows):
+    table = pd.DataFrame(rows, columns=["a", "b", "c"])
+    front = {tuple(row) for row in pareto(table, ("a", "b", "c")).to_numpy()}
+    beaten = {
+        one for one in rows if any(other != one and all(np.array(other) <= np.array(one)) for other in rows)
+    }  # fmt: skip
+    assert front == set(rows) - beaten
+
+
+def test_letters_are_one_for_each_winner():
+    names = [f"configuration {number}" for number in range(30) for _ in range(number + 1)]
+    letters = letters_of(pd.DataFrame({"configuration": names}))
+    assert letters["configuration 29"] == "A"
+    assert len(set(letters.values())) == 30
+
+
+def test_axis_titles_say_unit_and_end():
+    assert short("asked.envelope.height_mm") == "allowed height (mm)"
+    assert short("asked.working_volume.elevation_deg.1") == "elevation (high) (deg)"
+    assert short("height_mm") == "height (mm)"
+
+
+def test_report_has_its_pages(finished_folder):
+    path = write_sweep_pdf(finished_folder)
+    assert path.read_bytes().startswith(b"%PDF")
+    assert {each.name for each in (finished_folder / "figures").iterdir()} >= {"winners.svg", "pareto.svg"}
+    assert write_sweep_pdf(finished_folder).read_bytes() == path.read_bytes()
+
+
+def test_comparing_a_sweep_with_itself_finds_nothing(finished_folder):
+    same = compare(finished_folder, finished_folder)
+    assert same.asked == ()
+    assert same.changed_winners.empty
+    assert same.changed_statuses.empty
+    assert (same.winners["height_mm_change"] == 0).all()
+    result = CliRunner().invoke(cli, ["compare", str(finished_folder), str(finished_folder)])
+    assert result.exit_code == 0
+    assert "The same is asked of both." in result.output
+
+
+def test_comparing_says_what_changed(finished_folder, quick_sweep, tmp_path):
+    path = quick_sweep
+    base = tmp_path / "base.toml"
+    base.write_text(base.read_text().replace("noise_px = 0.1 ", "noise_px = 0.2 "))
+    path.write_text(path.read_text().replace("[96, 98, 100]", "[98]").replace("[136, 138, 140]", "[138]"))
+    other = api.sweep(path, tmp_path / "out", jobs=1)
+    found = compare(finished_folder, other.folder)
+    assert found.asked == (("noise_px", 0.1, 0.2),)
+    assert len(found.winners) == 1
+    # Depth error is proportional to noise; geometry is not concerned.
+    ratio = found.winners["depth_error_rms_b"] / found.winners["depth_error_rms_a"]
+    assert ratio.iloc[0] == pytest.approx(2.0, rel=1e-3)
+
+
+def test_comparing_with_what_is_no_result_gets_one_line(finished_folder, tmp_path):
+    with pytest.raises(InputError, match="must be the folder"):
+        compare(finished_folder, tmp_path)
+
+
+def test_examples_of_the_api_run(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    assert doctest.testmod(api).failed == 0
+    assert doctest.testmod(api).attempted >= 4
+
+
+def test_api_study_is_a_table_with_designs_behind_it():
+    asked = api.requirement(ROOT / "configs/indoor_robot.toml", solve__starts=2)
+    found = api.study(asked, only=("folded-PaPa-Hy-*",), jobs=1)
+    assert len(found.table) == 2
+    assert found.best is not None
+    assert api.trace(found.best).passed
+    assert "feasible" in found._repr_html_()
+
+
+SPOILT = {
+    "shifted vertex": ("mirrors", 0, "vertex_mm", lambda value: value + 0.01),
+    "wrong conic": ("mirrors", 1, "conic", lambda value: value * 1.001),
+    "cut rim": ("mirrors", 2, "outer_radius_mm", lambda value: value - 1.0),
+    "lens among the mirrors": ("camera", None, "lens_front_mm", lambda value: value + 60.0),
+}
+
+
+@pytest.mark.parametrize("name", SPOILT)
+def test_tracing_only_what_is_asked_rejects_spoilt_designs_too(finished_folder, undisturbed, name):
+    found = api.read_sweep_folder(finished_folder)
+    design = found.design(int(found.winners["point"].iloc[0]))
+    assert judge(design, whole_image=False).passed
+    part, index, key, change = SPOILT[name]
+    content = design.model_dump()
+    owner = content[part] if index is None else content[part][index]
+    owner[key] = change(owner[key])
+    assert not judge(Design.model_validate(content), whole_image=False).passed
