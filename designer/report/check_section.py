@@ -9,7 +9,7 @@ from designer.report.checked import CheckedDesign
 from designer.report.figures.check import slab_of
 from designer.report.figures.style import length_unit
 from designer.report.folder import Row
-from designer.report.typesetting.markup import call, cells, literal, number, text
+from designer.report.typesetting.markup import DASH, call, cells, literal, number, text
 from designer.report.typesetting.tables import percent
 
 
@@ -32,10 +32,10 @@ def check_page(row: Row, checked: CheckedDesign) -> str:
     word, colour = ("passes", 'rgb("#009E73")') if checked.passed else ("fails", 'rgb("#D55E00")')
     found = sum(band["judged"] for band in verdict["bands"])
     passed = sum(band["judged"] and not band["problems"] for band in verdict["bands"])
-    noise = "unknown" if verdict["noise_px"] is None else f"{verdict['noise_px']:.3f} px"
     summary = (
         f" {passed} of {found} bands of distance. Scene: {verdict['scene']}, {verdict['texture']} texture. "
-        f"Noise of an image point in each view, measured on the calibration cylinder: {noise}."
+        f"Noise of an image point in each view, measured on the calibration cylinder: "
+        f"{_noise(verdict['noise_px'])}."
     )
     raw, maps, plan, errors = (figure_name(kind, configuration) for kind in ("raw", "maps", "plan", "errors"))
     lines = [
@@ -64,6 +64,14 @@ def _plan_title(design: Design) -> str:
     middle = (design.views.upper.viewpoint_mm + design.views.lower.viewpoint_mm) / 2.0
     low, high = (height - middle for height in slab_of(design))
     return f"Floor plan, {number(low, 0)} to {number(high, 0)} mm"
+
+
+def _noise(noise_px: object) -> str:
+    """The noise in words; a dash where the check found none."""
+    if not isinstance(noise_px, dict) or noise_px.get("median") is None:
+        return DASH
+    median, least, largest = (number(noise_px.get(name), 3) for name in ("median", "least", "largest"))
+    return f"{median} px ({least} to {largest} over the elevations)"
 
 
 def _bands(checked: CheckedDesign) -> str:

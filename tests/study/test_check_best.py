@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from designer.design import read_design, write_design
+from designer.report.check_section import check_page
 from designer.report.checked import read_check
+from designer.report.folder import Row
 from designer.study.checks import CheckProgress, best_designs, check_best
 
 DATA = Path(__file__).parents[1] / "data"
@@ -49,6 +51,8 @@ def test_a_check_is_written_that_the_report_reads_and_is_the_same_twice(tmp_path
     passed = check_best(folder, 3, progress=told.append)
     checked = read_check(folder / "checks" / design.configuration, design)
     assert checked is not None
+    row = Row(design.configuration, "folded", "upper_outer", "feasible", "", {"rank": 1.0}, {})
+    assert " px (" in check_page(row, checked)
     assert passed == {design.configuration: checked.passed}
     assert [(step.done, step.total, step.passed) for step in told] == [(1, 1, checked.passed)]
     again = tmp_path / "again"
