@@ -77,13 +77,9 @@ def is_coherent(assembly: Assembly) -> NDArray[np.bool_]:
     The formulas know lines, not rays: they would also lay out a secondary that sends its light backwards.
     """
     violations = constraint_violations(assembly)
-    structural = ("vertex sheet", "used ring", "primary stays", "primary's vertex", "steepest slope")
+    structural = ("vertex sheet", "used ring", "primary stays", "primary's vertex", "primary below", "steepest slope")
     rows = [row for row, item in enumerate(assembly.constraints) if any(word in item.name for word in structural)]
-    coherent = violations[rows].max(axis=0) == 0.0
-    rims = {mirror.name: mirror.rim_heights for mirror in assembly.layout.mirrors}
-    if "primary" in rims:
-        coherent = coherent & (np.minimum(*rims["secondary"]) > np.maximum(*rims["primary"]))
-    return np.asarray(coherent)
+    return np.asarray(violations[rows].max(axis=0) == 0.0)
 
 
 def design_record(requirement: Requirement, problem: Problem, values: dict[str, Array]) -> Design:

@@ -12,6 +12,7 @@ from shipped_problems import (
     CONFIGURATIONS,
     SHIPPED,
     VARIANTS,
+    design_record,
     is_coherent,
     problem_of,
     put_together,
@@ -27,6 +28,7 @@ from designer.optimise.rules import rules_of
 from designer.optimise.screening import check
 from designer.optimise.variants import Variant, enumerate_variants
 from designer.requirement import Requirement, set_key
+from designer.verify.verdict import judge
 
 
 def reason(requirement: Requirement, variant: Variant) -> str | None:
@@ -217,3 +219,23 @@ def test_a_check_names_every_violation_in_its_own_unit():
     finite = np.isfinite(report.amounts).all(axis=0)
     failing = report.amounts[:, finite] < 0.0
     assert ((report.violations[:, finite] > 0.0) == failing).all()
+
+
+def test_light_must_travel_forwards():
+    """Lines meet a primary above its secondary too: all else is kept, and the tracer sees nothing."""
+    requirement = shipped_requirement("sky_watch")
+    problem = problem_of(requirement, variant_called("folded-HyPl-Hy-upper_outer"))
+    backwards = {
+        "baseline": 60.0,
+        "principal_distance": problem.box["principal_distance"].low,
+        "lower_viewpoint": 130.51498510854924,
+        "lower_gain": 0.04626006806991695,
+        "upper_gain": 0.03673565377855876,
+        "secondary_height": 127.34634883977473,
+        "secondary_inverse_gain": 1.0,
+    }
+    values = {name: np.array([value]) for name, value in backwards.items()}
+    report = check(problem, put_together(problem, values))
+    failing = {name for name, amount in zip(report.names, report.violations[:, 0], strict=True) if amount > 1e-6}
+    assert failing == {"primary below the secondary"}
+    assert not judge(design_record(requirement, problem, values)).passed
