@@ -42,6 +42,8 @@ LEAST_TEXTURED = 0.1
 NORMAL_PER_MAD = 1.4826
 
 BANDS = 4
+# Strips of elevation in which the calibration measures the noise.
+CALIBRATION_STRIPS = 12
 # A band with fewer pixels to judge says nothing.
 FEWEST_PIXELS = 500
 # Matches are looked for well beyond the working volume: a search that ended at its edge would cut off the errors of
@@ -103,16 +105,16 @@ class Band:
 class Check:
     """A design checked end to end.
 
-    ``noise_px`` is the noise of an image point in each view, from the calibration scene. Arrays have the shape
-    (columns, rows) of the upper panorama's scan lines: ``true_distance_mm`` (NaN where there is nothing),
-    ``both_see`` (the pixels judged: in the working volume and seen by both views), ``predicted`` (sigma_D / D) and
-    ``relative_error`` ((measured - true) / true, NaN where dropped).
+    ``noise_px`` (rows,) is the noise of an image point in each view, from the calibration scene, at each row of the
+    upper panorama. The other arrays have the shape (columns, rows) of its scan lines: ``true_distance_mm`` (NaN where
+    there is nothing), ``both_see`` (the pixels judged: in the working volume and seen by both views), ``predicted``
+    (sigma_D / D) and ``relative_error`` ((measured - true) / true, NaN where dropped).
     """
 
     configuration: str
     scene: str
     texture: str
-    noise_px: float
+    noise_px: Array
     bands: tuple[Band, ...]
     sensor: Sensor
     raw: Image
@@ -208,11 +210,13 @@ def calibrate_noise(
     options: MatchingOptions = DEFAULT_OPTIONS,
     seed: int = 1,
     built: Design | None = None,
-) -> float:
-    """The noise of an image point in each view, in raw pixels, that explains the depth errors on a known cylinder.
+) -> Array:
+    """The noise of an image point in each view, in raw pixels, at each row of the upper panorama: (rows,).
 
-    The cylinder's radius is the geometric mean of the working distances. Depth errors are divided by what one pixel
-    of noise would cause, to first order; their robust standard deviation about the median is the noise.
+    It is the noise that explains the depth errors on a known cylinder, whose radius is the geometric mean of the
+    working distances: the errors, divided by what one pixel of noise would cause to first order, have its robust
+    standard deviation. It depends on elevation, since the views resolve texture more finely at one end of their
+    range than at the other, and the finer view's pixels are averaged. NaN if nothing could be matched.
     """
     design = sensor.design
     radius = float(np.sqrt(np.prod(design.working_volume.distance_mm)))
@@ -220,7 +224,17 @@ def calibrate_noise(
     matches = match_image(sensor, raw, options)
     per_pixel = _error_per_pixel(sensor, np.full(matches.distances_mm.shape, radius))
     normalised = (matches.distances_mm / radius - 1.0) / per_pixel
-    return _robust_deviation(normalised[np.isfinite(normalised)])
+    edges = np.linspace(0, sensor.grid.rows, CALIBRATION_STRIPS + 1).astype(int)
+    middles, noises = [], []
+    for low, high in pairwise(edges):
+        strip = normalised[:, low:high]
+        strip = strip[np.isfinite(strip)]
+        if strip.size >= FEWEST_PIXELS:
+            middles.append((low + high - 1) / 2.0)
+            noises.append(_robust_deviation(strip))
+    if not noises:
+        return np.full(sensor.grid.rows, np.nan)
+    return np.asarray(np.interp(np.arange(sensor.grid.rows), middles, noises))
 
 
 def definition_of_passing() -> str:
@@ -238,7 +252,8 @@ def describe_check(check: Check) -> str:
     """The check in lines: a row for each band, what was dropped and why, the definition of passing, the verdict."""
     lines = [
         f"{check.configuration}, scene {check.scene}, {check.texture} texture",
-        f"noise of an image point, from the calibration cylinder: {check.noise_px:.3f} px",
+        f"noise of an image point, from the calibration cylinder: {np.median(check.noise_px):.3f} px "
+        f"({np.min(check.noise_px):.3f} to {np.max(check.noise_px):.3f} over the elevations)",
         "",
         "distance (mm)    pixels   kept   median error (bound)   robust RMS error   predicted   ratio",
     ]
@@ -272,7 +287,10 @@ def summarise_check(check: Check) -> dict[str, Any]:
         "configuration": check.configuration,
         "scene": check.scene,
         "texture": check.texture,
-        "noise_px": _number(check.noise_px),
+        "noise_px": {
+            name: _number(float(value(check.noise_px)))
+            for name, value in (("median", np.median), ("least", np.min), ("largest", np.max))
+        },
         "bands": bands,
         "definition": definition_of_passing(),
         "passed": check.passed,

