@@ -112,12 +112,9 @@ def recording() -> Iterator[list[Instance]]:
 
 
 def ours(instance: Instance) -> Attempt:
-    """The search's own solvers: the fast one, and the robust one where that fails."""
-    program = instance.program
+    """The search's own solver."""
     started = time.process_time()
-    result = program.solver(**instance.arguments)
-    if not program.solver.stats()["success"]:
-        result = program.robust_solver(**instance.arguments)
+    result = instance.program.solver(**instance.arguments)
     seconds = time.process_time() - started
     return _attempt(instance, np.asarray(result["x"]).ravel(), seconds)
 

@@ -307,7 +307,7 @@ def _all_statuses(branches: list[_Branch]) -> dict[str, int]:
 
 def _infeasible(configuration: Configuration, branches: list[_Branch]) -> SearchResult:
     statuses = _all_statuses(branches)
-    if not any(status.endswith(SOLVED) for status in statuses):
+    if SOLVED not in statuses:
         said = ", ".join(f"{status} ({count})" for status, count in statuses.items())
         return SearchResult(configuration, "failed", f"the solver never came to an end: {said}", statuses=statuses)
     misses = [branch.miss for branch in branches if branch.miss is not None]
