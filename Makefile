@@ -1,5 +1,6 @@
 # make study      sets up .venv and runs the indoor robot's study into reports/indoor_robot/
-# make test       sets up .venv and runs every check: lint, format, types, layers, tests
+# make test       sets up .venv and runs lint, format, types, layers and all tests but the slow ones
+# make test-all   the same with the slow tests: whole studies, renders, sweeps and notebooks
 # make setup      sets up .venv only (.venv/bin/designer is the command afterwards)
 # make reference  writes docs/requirement_reference.md again (after changing a key of the requirement)
 # make lock       resolves the dependencies again (after editing pyproject.toml)
@@ -9,19 +10,24 @@ REQUIREMENT ?= configs/indoor_robot.toml
 BIN := .venv/bin
 SHELL := /bin/bash
 
-.PHONY: setup study test reference lock clean
+.PHONY: setup study test test-all checks reference lock clean
 
 setup: .venv/.installed
 
 study: .venv/.installed
 	$(BIN)/designer study $(REQUIREMENT)
 
-test: .venv/.installed
+test: checks
+	$(BIN)/pytest -n 2 -m "not slow"
+
+test-all: checks
+	$(BIN)/pytest -n 2
+
+checks: .venv/.installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/pytest -n 2
 
 reference: .venv/.installed
 	$(BIN)/python -m designer.requirement.reference > docs/requirement_reference.md
