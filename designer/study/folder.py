@@ -46,6 +46,8 @@ def write_folder(
 ) -> None:
     """Write everything but the report. A folder without provenance.json is not finished."""
     (folder / PROVENANCE).unlink(missing_ok=True)
+    # An older report would describe other results; it is typeset again from these.
+    (folder / "study.pdf").unlink(missing_ok=True)
     designs = {f"{result.configuration.name}.json": result.design for result in results if result.design is not None}
     (folder / "designs").mkdir(parents=True, exist_ok=True)
     for stale in (folder / "designs").glob("*.json"):
