@@ -141,6 +141,8 @@ class Design(Record):
     diameter_mm: FiniteFloat
     working_volume: WorkingVolume
     noise_px: Positive
+    zone_gap_px: NonNegative = 0.0
+    """Gap asked between the image zones; the closed-form limit depends on it."""
     score: dict[str, Any] = {}
 
     @model_validator(mode="after")

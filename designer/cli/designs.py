@@ -35,7 +35,7 @@ def evaluate(design: Path, as_json: bool) -> None:
     from designer.evaluate.summary import evaluate_design
     from designer.verify.verdict import describe, judge
 
-    summary = evaluate_design(record)
+    summary = evaluate_design(record, record.zone_gap_px)
     verdict = judge(record)
     if as_json:
         import json

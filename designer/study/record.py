@@ -52,6 +52,7 @@ def record_of(requirement: Requirement, best: Candidate) -> Design:
                 distance_mm=requirement.working_volume.distance_mm,
             ),
             "noise_px": requirement.noise_px,
+            "zone_gap_px": requirement.manufacture.zone_gap_px,
         }
     )
 
