@@ -9,20 +9,29 @@ from designer.report.checked import CheckedDesign
 from designer.report.figures.check import slab_of
 from designer.report.figures.style import length_unit
 from designer.report.folder import Row
-from designer.report.typesetting.markup import DASH, call, cells, literal, number, text
+from designer.report.typesetting.markup import DASH, call, cells, literal, number, text, typographic
 from designer.report.typesetting.tables import percent
 
 
 def check_heading(definition: str) -> str:
-    """Opens the section and says what passing means."""
+    """Opens the section and says what passing means; without a definition, no design was checked to the end."""
     intro = (
         "The image that each camera would record of a scene was rendered by ray tracing, with the noise of a detector, "
         "turned into two panoramas of equalised resolution, matched, and triangulated; the distances are compared "
-        "with the truth and with the prediction. Floor plans show the points of a slab of heights, measured from the "
-        "middle of the baseline. A design "
+        "with the truth and with the prediction."
     )
-    told = f"#[#set text(size: 9pt)\n{text(intro + definition + '.')}]"
-    return f"#pagebreak(weak: true)\n= End-to-end check <check>\n{told}\n"
+    if definition:
+        intro += (
+            " Floor plans show the points of a slab of heights, measured from the middle of the baseline. A design "
+            f"{definition}."
+        )
+    return f"#pagebreak(weak: true)\n= End-to-end check <check>\n#[#set text(size: 9pt)\n{text(intro)}]\n"
+
+
+def unchecked_line(row: Row, reason: str) -> str:
+    """A design whose check broke down."""
+    name = f"#name-of({literal(row.configuration)})"
+    return f"Rank {row.rank}, {name}, {text(f'could not be checked: {typographic(reason)}')}.\n"
 
 
 def check_page(row: Row, checked: CheckedDesign) -> str:

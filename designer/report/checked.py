@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from designer.design import Design
 from designer.files import InputError, read_text
 from designer.imaging.check_files import VERDICT, fingerprint
+from designer.study.outputs import UNCHECKED
 
 Image = NDArray[np.uint8]
 
@@ -66,19 +67,28 @@ def read_check(folder: Path, design: Design) -> CheckedDesign | None:
     path = folder / VERDICT
     if not path.exists():
         return None
-    verdict = _read_verdict(path)
+    verdict = _read_object(path, _VERDICT_KEYS)
     if verdict["design_sha256"] != fingerprint(design):
         return None
     raw, upper, lower = (_read_grey(folder / f"{name}.png") for name in ("raw", "upper", "lower"))
     return CheckedDesign(design, verdict, raw, upper, lower, _read_maps(folder / "check.npz"))
 
 
-def _read_verdict(path: Path) -> dict[str, Any]:
+def read_unchecked(folder: Path, design: Design) -> str | None:
+    """Why a design could not be checked; None if a check's folder does not say so of this design."""
+    path = folder / UNCHECKED
+    if not path.exists():
+        return None
+    content = _read_object(path, ("reason", "design_sha256"))
+    return str(content["reason"]) if content["design_sha256"] == fingerprint(design) else None
+
+
+def _read_object(path: Path, keys: tuple[str, ...]) -> dict[str, Any]:
     try:
         content = json.loads(read_text(path))
     except json.JSONDecodeError as error:
         raise InputError(f"{path}: not JSON: {error.msg} at line {error.lineno}, column {error.colno}") from None
-    for key in _VERDICT_KEYS:
+    for key in keys:
         if not isinstance(content, dict) or key not in content:
             raise InputError(f"{path}: {key} is missing")
     return dict(content)

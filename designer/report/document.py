@@ -22,11 +22,12 @@ from designer.report.figures.style import report_style, svg_bytes
 from designer.report.figures.trade import draw_fronts, draw_trade
 from designer.report.folder import StudyFolder, read_folder
 from designer.report.sections import Illustrations, source
+from designer.study.outputs import FIGURES, PDF, report_figures
 
 PANEL_MM = (82.0, 52.0)
 """Width and height of a panel on a design's page."""
 
-_PANELS: dict[str, Callable[..., Figure]] = {
+PANELS: dict[str, Callable[..., Figure]] = {
     "image-layout": draw_image_layout,
     "resolution": draw_resolution,
     "depth-resolution": draw_depth_map,
@@ -48,18 +49,14 @@ def write_pdf(study_dir: Path) -> Path:
     study = read_folder(study_dir)
     illustrations = draw_figures(study)
     pdf = typeset(study, illustrations)
-    figures = study_dir / "figures"
     for name, svg in illustrations.files.items():
-        write_atomically(figures / name, svg)
-    for stale in figures.glob("*.svg"):
-        if stale.name not in illustrations.files and stale.name.startswith(_OUR_FIGURES):
-            stale.unlink()
-    path = study_dir / "study.pdf"
+        write_atomically(study_dir / FIGURES / name, svg)
+    for figure in report_figures(study_dir):
+        if figure.name not in illustrations.files:
+            figure.unlink()
+    path = study_dir / PDF
     write_atomically(path, pdf)
     return path
-
-
-_OUR_FIGURES = ("cross-section-", "trade-", "fronts-", "check-", *(f"{panel}-" for panel in _PANELS))
 
 
 def typeset(study: StudyFolder, illustrations: Illustrations) -> bytes:
@@ -91,7 +88,7 @@ def draw_figures(study: StudyFolder) -> Illustrations:
             name = f"cross-section-{design.configuration}.svg"
             illustrations.files[name] = svg_bytes(drawing.figure)
             illustrations.scales[name] = drawing.scale
-            for panel, draw in _PANELS.items():
+            for panel, draw in PANELS.items():
                 illustrations.files[f"{panel}-{design.configuration}.svg"] = svg_bytes(draw(design, *PANEL_MM))
         if study.feasible:
             _draw_trades(study, illustrations)

@@ -13,7 +13,7 @@ from typing import Any
 
 from designer.design import Design, read_design
 from designer.files import InputError, read_text
-from designer.report.checked import CheckedDesign, read_check
+from designer.report.checked import CheckedDesign, read_check, read_unchecked
 
 STATUSES = ("feasible", "infeasible", "failed", "impossible")
 
@@ -60,7 +60,10 @@ class FrontPoint:
 
 @dataclass(frozen=True, slots=True)
 class StudyFolder:
-    """Everything a study wrote: requirement, 44 rows in order of rank, feasible designs, fronts, provenance, checks."""
+    """Everything a study wrote: requirement, 44 rows in order of rank, feasible designs, fronts, provenance, checks.
+
+    ``unchecked`` holds the reason for each design whose check broke down.
+    """
 
     path: Path
     requirement: dict[str, Any]
@@ -69,6 +72,7 @@ class StudyFolder:
     fronts: tuple[FrontPoint, ...]
     provenance: dict[str, Any]
     checked: dict[str, CheckedDesign] = field(default_factory=dict)
+    unchecked: dict[str, str] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -99,6 +103,12 @@ class StudyFolder:
             (row, self.checked[row.configuration]) for row in self.feasible if row.configuration in self.checked
         )
 
+    def not_checked(self) -> tuple[tuple[Row, str], ...]:
+        """The rows of designs that could not be checked, best first, with the reason."""
+        return tuple(
+            (row, self.unchecked[row.configuration]) for row in self.feasible if row.configuration in self.unchecked
+        )
+
     def row(self, configuration: str) -> Row | None:
         """The row of one configuration, or None."""
         return next((row for row in self.rows if row.configuration == configuration), None)
@@ -124,7 +134,9 @@ def read_folder(path: Path) -> StudyFolder:
     provenance = _read_json(provenance_path) if provenance_path.exists() else {}
     checks = {name: read_check(path / "checks" / name, design) for name, design in designs.items()}
     checked = {name: check for name, check in checks.items() if check is not None}
-    return StudyFolder(path, requirement, rows, designs, fronts, provenance, checked)
+    reasons = {name: read_unchecked(path / "checks" / name, design) for name, design in designs.items()}
+    unchecked = {name: reason for name, reason in reasons.items() if reason is not None}
+    return StudyFolder(path, requirement, rows, designs, fronts, provenance, checked, unchecked)
 
 
 def _read_rows(path: Path) -> tuple[Row, ...]:

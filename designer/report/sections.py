@@ -8,8 +8,7 @@ from typing import Any
 
 from designer.design import Design
 from designer.evaluate.resolution import smallest_object
-from designer.report.check_section import check_heading, check_page
-from designer.report.checked import CheckedDesign
+from designer.report.check_section import check_heading, check_page, unchecked_line
 from designer.report.figures.depth_map import IMAGE_CIRCLE_PX
 from designer.report.folder import Row, StudyFolder
 from designer.report.typesetting.markup import DASH, call, cells, literal, number, plain_number, text, typographic
@@ -50,7 +49,7 @@ def source(study: StudyFolder, illustrations: Illustrations) -> str:
         trade(study, illustrations) if study.feasible else "",
         best_heading() if study.feasible else "",
         *(design_page(row, design, illustrations) for row, design in study.best()),
-        checks(study.checks()),
+        checks(study),
         "#pagebreak(weak: true)\n",
         '#include "method.typ"\n',
         provenance(study),
@@ -189,12 +188,15 @@ def best_heading() -> str:
     )
 
 
-def checks(checked: tuple[tuple[Row, CheckedDesign], ...]) -> str:
-    """The end-to-end checks, a page each; nothing if there are none."""
-    if not checked:
+def checks(study: StudyFolder) -> str:
+    """The end-to-end checks, a page each; nothing if none was tried."""
+    checked, broken = study.checks(), study.not_checked()
+    if not checked and not broken:
         return ""
+    definition = str(checked[0][1].verdict["definition"]) if checked else ""
+    lines = [check_heading(definition), *(unchecked_line(row, reason) for row, reason in broken)]
     pages = [check_page(row, check) for row, check in checked]
-    return check_heading(str(checked[0][1].verdict["definition"])) + "\n#pagebreak()\n".join(pages)
+    return "\n".join(lines) + "\n" + "\n#pagebreak()\n".join(pages)
 
 
 def design_page(row: Row, design: Design, illustrations: Illustrations) -> str:

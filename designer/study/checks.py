@@ -1,33 +1,45 @@
-"""The best designs of a finished study checked end to end: the ``checks/`` folder beside the study's tables."""
+"""The best designs of a finished study checked end to end: the ``checks/`` folder beside the study's tables.
+
+``checks/<configuration>/`` holds what :mod:`designer.imaging.check_files` writes; where the check itself broke down,
+only ``unchecked.json``: the configuration and the reason.
+"""
 
 from __future__ import annotations
 
 import csv
 import io
+import json
 import shutil
 import time
 from collections.abc import Callable
 from concurrent.futures import as_completed
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
 
 from designer.design import Design, read_design
-from designer.files import read_text
+from designer.files import InputError, read_text, write_atomically
+from designer.study.outputs import CHECKS, UNCHECKED
 from designer.study.run import workers
 
-CHECKS = "checks"
 DEFAULT_CHECKS = 3
+# The first file of a check and the last, so that one cut short is known too.
+_OUR_FILES = ("raw.png", "check.json", UNCHECKED)
 
 
 @dataclass(frozen=True, slots=True)
 class CheckProgress:
-    """One design checked: its verdict, how many are done of how many, and the seconds it took."""
+    """One design checked: its verdict, how many are done of how many, and the seconds it took.
+
+    ``problem`` says why the design could not be checked; it is empty if it was, and then ``passed`` is the verdict.
+    """
 
     done: int
     total: int
     configuration: str
     passed: bool
     seconds: float
+    problem: str = ""
 
 
 CheckCallback = Callable[[CheckProgress], None]
@@ -38,30 +50,43 @@ def check_best(
 ) -> dict[str, bool]:
     """Check the best designs of a finished study, and write ``checks/<configuration>/`` for each into its folder.
 
-    Checks of an earlier study in the folder are removed first. The results do not depend on ``jobs``.
+    Checks of an earlier study in the folder are removed first. The results do not depend on ``jobs``. A check that
+    breaks down concerns its own design alone: the reason is written, and the others go on.
 
     Returns
     -------
-    Whether each passed, by configuration, best first.
+    Whether each passed, by configuration, best first; one that could not be checked did not.
 
     Raises
     ------
     InputError
         The folder is not that of a finished study.
+    OSError
+        A check cannot be written.
     """
-    for earlier in (folder / CHECKS).glob("*/check.json"):
-        shutil.rmtree(earlier.parent)
+    for earlier in {path.parent for name in _OUR_FILES for path in (folder / CHECKS).glob(f"*/{name}")}:
+        shutil.rmtree(earlier)
     designs = best_designs(folder, count)
     if not designs:
         return {}
     passed: dict[str, bool] = {}
+    started = time.perf_counter()
     with workers(min(jobs, len(designs))) as submit:
-        futures = [submit(_check_and_write, design, folder / CHECKS / design.configuration, seed) for design in designs]
+        futures = {submit(_check_and_write, each, folder / CHECKS / each.configuration, seed): each for each in designs}
         for future in as_completed(futures):
-            configuration, verdict, seconds = future.result()
-            passed[configuration] = verdict
+            design, problem = futures[future], ""
+            try:
+                verdict, seconds = future.result()
+            except OSError:
+                raise  # a full disk is no property of a design
+            except Exception as error:
+                verdict, seconds = False, time.perf_counter() - started
+                problem = _why_unchecked(error)
+                _write_unchecked(design, problem, folder / CHECKS / design.configuration)
+            passed[design.configuration] = verdict
             if progress is not None:
-                progress(CheckProgress(len(passed), len(designs), configuration, verdict, seconds))
+                step = CheckProgress(len(passed), len(designs), design.configuration, verdict, seconds, problem)
+                progress(step)
     return {design.configuration: passed[design.configuration] for design in designs}
 
 
@@ -72,7 +97,7 @@ def best_designs(folder: Path, count: int) -> list[Design]:
     return [read_design(folder / "designs" / f"{configuration}.json") for configuration in feasible[:count]]
 
 
-def _check_and_write(design: Design, folder: Path, seed: int) -> tuple[str, bool, float]:
+def _check_and_write(design: Design, folder: Path, seed: int) -> tuple[bool, float]:
     # Imported where it runs, so that a study without checks needs no imaging.
     from designer.imaging.check import check_design
     from designer.imaging.check_files import write_check
@@ -80,4 +105,20 @@ def _check_and_write(design: Design, folder: Path, seed: int) -> tuple[str, bool
     started = time.perf_counter()
     check = check_design(design, seed=seed)
     write_check(check, folder)
-    return design.configuration, check.passed, time.perf_counter() - started
+    return check.passed, time.perf_counter() - started
+
+
+def _why_unchecked(error: Exception) -> str:
+    """The reason as one line."""
+    if isinstance(error, BrokenProcessPool):
+        return "its process was ended from outside, perhaps for want of memory"
+    if isinstance(error, InputError):
+        return " ".join(str(error).split())
+    return " ".join(f"{type(error).__name__}: {error}".split())
+
+
+def _write_unchecked(design: Design, problem: str, folder: Path) -> None:
+    from designer.imaging.check_files import fingerprint
+
+    content = {"configuration": design.configuration, "reason": problem, "design_sha256": fingerprint(design)}
+    write_atomically(folder / UNCHECKED, json.dumps(content, indent=2) + "\n")

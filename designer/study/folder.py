@@ -19,6 +19,7 @@ from designer.files import write_atomically
 from designer.optimise.front import FrontPoint
 from designer.optimise.program import SOLVER_OPTIONS
 from designer.requirement import Requirement, requirement_to_toml
+from designer.study.outputs import remove_report
 from designer.study.task import ConfigurationResult
 
 CONTRACT_COLUMNS = (
@@ -46,8 +47,7 @@ def write_folder(
 ) -> None:
     """Write everything but the report. A folder without provenance.json is not finished."""
     (folder / PROVENANCE).unlink(missing_ok=True)
-    # An older report would describe other results; it is typeset again from these.
-    (folder / "study.pdf").unlink(missing_ok=True)
+    remove_report(folder)
     designs = {f"{result.configuration.name}.json": result.design for result in results if result.design is not None}
     (folder / "designs").mkdir(parents=True, exist_ok=True)
     for stale in (folder / "designs").glob("*.json"):

@@ -6,7 +6,7 @@ import multiprocessing
 import signal
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -56,7 +56,7 @@ def run_study(
     folder
         Where results go; each file is written whole or not at all, provenance.json last.
     jobs
-        Processes; 1 works in this one. The results do not depend on it.
+        Processes to work with. The results do not depend on it.
     only
         Names or patterns of configurations; all that the requirement selects if empty.
     progress
@@ -112,16 +112,11 @@ def _gather(
 
 @contextmanager
 def workers(jobs: int) -> Iterator[Callable[..., Future[Any]]]:
-    """A ``submit`` that runs tasks in processes, or here if one job is enough; interruption stops them all."""
-    if jobs == 1:
-        # A thread, so that progress is told while it works.
-        with ThreadPoolExecutor(1) as here:
-            try:
-                yield here.submit
-            except BaseException:
-                here.shutdown(wait=False, cancel_futures=True)
-                raise
-        return
+    """A ``submit`` that runs tasks in so many other processes; interruption ends them at once.
+
+    One job is a process of its own too: CasADi swallows a signal that comes while it solves in the main thread, and a
+    thread beside it could not be stopped.
+    """
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["designer.study.task"])
     with ProcessPoolExecutor(jobs, mp_context=context, initializer=_leave_interrupts_to_parent) as pool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from sample_study import prototype, write_sample_study
 from test_figures import assert_inside_canvas
 
 from designer.files import InputError
+from designer.imaging.check_files import fingerprint
 from designer.report.checked import read_check
 from designer.report.document import write_pdf
 from designer.report.figures.check import draw_check_errors, draw_check_maps, draw_floor_plan, errors_by_distance
@@ -42,6 +44,26 @@ def test_each_checked_design_has_a_page_with_its_verdict(folder: Path) -> None:
     assert '"too few pixels"' in text
     assert write_pdf(folder).stat().st_size < 10_000_000
     assert len(list((folder / "figures").glob("check-*.svg"))) == 8
+
+
+def test_a_design_that_could_not_be_checked_stands_there_with_the_reason(folder: Path, tmp_path: Path) -> None:
+    """For the winner in the verdict too; where nothing was checked, the section says no more than that."""
+    copy = tmp_path / "study"
+    shutil.copytree(folder, copy, ignore=shutil.ignore_patterns("figures", "study.pdf"))
+    (row, design), (second, _) = read_folder(copy).best()
+    shutil.rmtree(copy / "checks" / row.configuration)
+    (copy / "checks" / row.configuration).mkdir()
+    content = {"configuration": row.configuration, "reason": "ValueError: -1 #x", "design_sha256": fingerprint(design)}
+    (copy / "checks" / row.configuration / "unchecked.json").write_text(json.dumps(content), encoding="utf-8")
+    text = source(read_folder(copy), Illustrations())
+    assert text.count("could not be checked") == 2
+    assert '"could not be checked: ValueError: −1 #x"' in text
+    assert f"check-maps-{second.configuration}.svg" in text
+    shutil.rmtree(copy / "checks" / second.configuration)
+    text = source(read_folder(copy), Illustrations())
+    assert text.count("= End-to-end check") == 1
+    assert "check-maps" not in text
+    assert write_pdf(copy).exists()
 
 
 def test_without_checks_there_is_no_section_and_no_figure_of_earlier_ones(folder: Path, tmp_path: Path) -> None:

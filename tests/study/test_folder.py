@@ -15,7 +15,9 @@ from designer.configurations import enumerate_configurations
 from designer.design import read_design
 from designer.evaluate.mirrors import overall_diameter_mm, overall_height_mm
 from designer.evaluate.summary import evaluate_design
+from designer.report.document import PANELS
 from designer.requirement import read_requirement, set_key
+from designer.study.outputs import FIGURE_PREFIXES
 from designer.study.progress import Progress
 from designer.study.run import Study, run_study
 from designer.verify.verdict import judge
@@ -180,6 +182,23 @@ def test_stale_designs_are_removed(study, tmp_path):
     run_study(outcome.requirement, tmp_path, only=("direct-ElEl-upper_outer",))
     assert list(designs.iterdir()) == []
     assert [row["status"] for row in rows_of(tmp_path)] == ["impossible"]
+
+
+def test_no_report_and_no_figure_of_an_older_study_stays(study, tmp_path):
+    outcome, _, _ = study
+    (tmp_path / "figures").mkdir()
+    stale = [tmp_path / "study.pdf", *(tmp_path / "figures" / name for name in ("trade-height.svg", "check-raw-x.svg"))]
+    foreign = tmp_path / "figures" / "office.svg"
+    for path in (*stale, foreign):
+        path.write_text("older", encoding="utf-8")
+    run_study(outcome.requirement, tmp_path, only=("direct-ElEl-upper_outer",))
+    assert not [path for path in stale if path.exists()]
+    assert foreign.exists()
+
+
+def test_the_names_of_the_reports_figures_are_known_to_the_study():
+    """A figure whose name the study does not know would outlive its report."""
+    assert all(f"{panel}-x.svg".startswith(FIGURE_PREFIXES) for panel in PANELS)
 
 
 @pytest.mark.slow

@@ -110,6 +110,32 @@ def stop(process: subprocess.Popen[bytes], number: signal.Signals, after_seconds
 
 
 @pytest.mark.slow
+def test_termination_does_not_wait_for_the_running_solve(tmp_path):
+    """With one job too: the second configuration takes most of a minute with so many starts."""
+    requirement = tmp_path / "long.toml"
+    requirement.write_text(f"{REQUIREMENT.read_text(encoding='utf-8')}\n[solve]\nstarts = 500\n", encoding="utf-8")
+    folder = tmp_path / "study"
+    only = ("direct-ElEl-upper_outer", "folded-HyHy-Hy-upper_outer")
+    process = subprocess.Popen(
+        [COMMAND, "study", requirement, "--out", folder, "--jobs", "1", "--only", *only],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert process.stderr is not None
+    assert "direct-ElEl-upper_outer: impossible" in process.stderr.readline()
+    time.sleep(0.5)
+    terminated = time.monotonic()
+    process.terminate()
+    _, errors = process.communicate(timeout=120)
+    assert time.monotonic() - terminated < 3.0
+    assert (process.returncode, errors) == (143, "designer: terminated\n")
+    assert list(folder.iterdir()) == []
+    assert members(process.pid) == []
+
+
+@pytest.mark.slow
 def test_a_killed_parent_leaves_no_process_behind(tmp_path):
     process = start(tmp_path / "study")
     deadline = time.monotonic() + 60

@@ -7,7 +7,7 @@ from typing import Any
 
 from designer.configurations import Configuration, MirrorKind, enumerate_configurations
 from designer.report.folder import Row, StudyFolder
-from designer.report.typesetting.markup import literal, number, plain_number, text
+from designer.report.typesetting.markup import literal, number, plain_number, text, typographic
 from designer.report.typesetting.requirement import objective_name
 from designer.report.typesetting.tables import percent
 
@@ -53,7 +53,8 @@ def verdict(study: StudyFolder) -> str:
     if not study.feasible:
         return _nothing_feasible(study)
     winner = study.feasible[0]
-    sentences = [_counts(study), _winner(study, winner), _size(study, winner), _decided(study), _runners_up(study)]
+    sentences = [_counts(study), _winner(study, winner), _size(study, winner), _decided(study)]
+    sentences += [_checked(study, winner), _runners_up(study)]
     return " ".join(sentence for sentence in sentences if sentence) + "\n"
 
 
@@ -125,6 +126,17 @@ def _first_objective(row: Row, objective: str) -> float | None:
     column = OBJECTIVE_COLUMN[objective]
     staged = row.number(f"first_stage_{column}")
     return staged if staged is not None else row.number(column)
+
+
+def _checked(study: StudyFolder, winner: Row) -> str:
+    """How the winner did as a sensor; empty if nobody tried."""
+    checked, reason = study.checked.get(winner.configuration), study.unchecked.get(winner.configuration)
+    if reason is not None:
+        return text(f"The winner could not be checked end to end as a sensor: {typographic(reason)}.")
+    if checked is None:
+        return ""
+    word = "passes" if checked.passed else "does not pass"
+    return f"{text(f'Tried as a sensor, the winner {word} the end-to-end check')} (@check)."
 
 
 def _runners_up(study: StudyFolder) -> str:
