@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,12 +30,21 @@ class _WordsAfterOnly(click.Command):
             if word.startswith("-"):
                 taking = word == "--only"
                 expanded.append(word)
-            elif taking and expanded[-1] != "--only" and not word.endswith(".toml"):
+            elif taking and expanded[-1] != "--only" and not _is_requirement(word):
                 expanded += ["--only", word]
             else:
-                taking = taking and not word.endswith(".toml")
+                taking = taking and expanded[-1] == "--only"
                 expanded.append(word)
         return super().parse_args(ctx, expanded)
+
+
+def _is_requirement(word: str) -> bool:
+    """Whether a word after ``--only`` is the requirement file and no further name, which may be misspelt."""
+    from designer.configurations import enumerate_configurations
+
+    if any(fnmatchcase(configuration.name, word) for configuration in enumerate_configurations()):
+        return False
+    return word.endswith(".toml") or Path(word).exists()
 
 
 @click.command(cls=_WordsAfterOnly)
@@ -76,6 +86,8 @@ def study(
     with show_progress(quiet=quiet) as progress:
         run_study(asked, folder, jobs=jobs or cores(), only=names, progress=progress)
     _check_best(folder, checks, jobs or cores(), quiet)
+    if not no_pdf and not quiet:
+        click.echo("Typesetting study.pdf ...", err=True)
     pdf = None if no_pdf else _typeset(folder, quiet)
     if not quiet:
         click.echo(_result(folder, pdf))
@@ -87,7 +99,7 @@ def report(folder: Path) -> None:
     """Typeset study.pdf again from the folder of a study."""
     if not folder.is_dir():
         raise InputError(f"{folder}: must be the folder of a study")
-    click.echo(_typeset(folder, quiet=True))
+    click.echo(_typeset(folder))
 
 
 def _check_best(folder: Path, count: int, jobs: int, quiet: bool) -> None:
@@ -107,12 +119,13 @@ def _check_best(folder: Path, count: int, jobs: int, quiet: bool) -> None:
     check_best(folder, count, jobs=jobs, progress=None if quiet else tell)
 
 
-def _typeset(folder: Path, quiet: bool) -> Path:
-    if not quiet:
-        click.echo("Typesetting study.pdf ...", err=True)
+def _typeset(folder: Path, quiet: bool = False) -> Path:
     from designer.report.document import write_pdf
 
-    return write_pdf(folder)
+    def tell(note: str) -> None:
+        click.echo(f"study.pdf: {note}", err=True)
+
+    return write_pdf(folder, None if quiet else tell)
 
 
 def _restricted(asked: Requirement, only: tuple[str, ...]) -> Requirement:

@@ -21,7 +21,8 @@ from designer.report.figures.resolution import draw_resolution
 from designer.report.figures.style import report_style, svg_bytes
 from designer.report.figures.trade import draw_fronts, draw_trade
 from designer.report.folder import StudyFolder, read_folder
-from designer.report.sections import Illustrations, source
+from designer.report.legible import legible_source
+from designer.report.sections import Illustrations
 from designer.study.outputs import FIGURES, PDF, report_figures
 
 PANEL_MM = (82.0, 52.0)
@@ -35,11 +36,11 @@ PANELS: dict[str, Callable[..., Figure]] = {
 }
 
 
-def write_pdf(study_dir: Path) -> Path:
+def write_pdf(study_dir: Path, tell: Callable[[str], None] | None = None) -> Path:
     """Draw a study's figures, typeset its report, and return the path of ``study.pdf``.
 
     The same folder gives the same bytes. Every file appears whole or not at all; figures of an earlier report on the
-    same folder that no longer apply are removed.
+    same folder that no longer apply are removed. ``tell`` is called with a sentence if some words could not be printed.
 
     Raises
     ------
@@ -48,7 +49,10 @@ def write_pdf(study_dir: Path) -> Path:
     """
     study = read_folder(study_dir)
     illustrations = draw_figures(study)
-    pdf = typeset(study, illustrations)
+    text, note = legible_source(study, illustrations)
+    pdf = typeset(text, illustrations)
+    if note and tell is not None:
+        tell(note)
     for name, svg in illustrations.files.items():
         write_atomically(study_dir / FIGURES / name, svg)
     for figure in report_figures(study_dir):
@@ -59,13 +63,13 @@ def write_pdf(study_dir: Path) -> Path:
     return path
 
 
-def typeset(study: StudyFolder, illustrations: Illustrations) -> bytes:
-    """The report as PDF bytes."""
+def typeset(text: str, illustrations: Illustrations) -> bytes:
+    """The report as PDF bytes from its Typst source."""
     files = {f"figures/{name}": svg for name, svg in illustrations.files.items()}
     texts = resources.files("designer.report.typesetting")
     for name in ("style.typ", "method.typ"):
         files[name] = texts.joinpath(name).read_bytes()
-    files["main.typ"] = source(study, illustrations).encode("utf-8")
+    files["main.typ"] = text.encode("utf-8")
     # The stubs do not know that the input may be a dict of virtual files.
     compile_files: Any = typst.compile
     pdf: bytes = compile_files(files, format="pdf", ignore_system_fonts=True, font_paths=[], pdf_tags=False)

@@ -37,12 +37,15 @@ class Illustrations:
     keys: dict[str, dict[str, str]] = field(default_factory=dict)
 
 
-def source(study: StudyFolder, illustrations: Illustrations) -> str:
-    """The whole report as Typst source; it includes style.typ, method.typ and figures/*.svg."""
+def source(study: StudyFolder, illustrations: Illustrations, note: str = "") -> str:
+    """The whole report as Typst source; it includes style.typ, method.typ and figures/*.svg.
+
+    A note is printed below the title.
+    """
     parts = [
         '#import "style.typ": *\n',
         f"#show: report.with(study: {literal(study.name)}, title: {literal(study.title)})\n",
-        front(study),
+        front(study, note),
         paper(study),
         winner(study, illustrations) if study.feasible else nothing_feasible(study),
         ranking_section(study),
@@ -57,12 +60,13 @@ def source(study: StudyFolder, illustrations: Illustrations) -> str:
     return "\n".join(parts)
 
 
-def front(study: StudyFolder) -> str:
+def front(study: StudyFolder, note: str = "") -> str:
     """Title, verdict and requirement."""
     description = str(study.requirement.get("description") or "")
     lines = [
         f'#align(center, block(below: 1.2em, text(size: 19pt, weight: "bold", {literal(study.title)})))',
         f"#align(center, block(width: 88%, emph({literal(' '.join(description.split()))})))" if description else "",
+        f"#align(center, block(width: 88%, text(size: 8.5pt, fill: grey, {literal(note)})))" if note else "",
         "= Verdict",
         verdict(study),
         "= Requirement",

@@ -41,8 +41,10 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
             progress(Progress(1, 2, "direct-HyHy-upper_outer", "infeasible", 0, 1.5, 1.5))
             progress(Progress(2, 2, "folded-HyPl-Hy-upper_outer", "feasible", 1, 3.0, 0.0))
 
-    def write_pdf(study_dir: Path) -> Path:
+    def write_pdf(study_dir: Path, tell: Callable[[str], None] | None) -> Path:
         seen.reports.append(study_dir)
+        if tell:
+            tell("the fonts lack characters of title")
         return study_dir / "study.pdf"
 
     def best_designs(study_dir: Path, count: int) -> list[str]:

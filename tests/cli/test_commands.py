@@ -79,6 +79,7 @@ def test_a_study_goes_to_reports_and_ends_with_the_ranking(asked: Path, calls: C
         "Checking the best design end to end, 10 to 30 s a design ...",
         "[1/1] folded-HyPl-Hy-upper_outer: passes the end-to-end check (12 s)",
         "Typesetting study.pdf ...",
+        "study.pdf: the fonts lack characters of title",
     ]
 
 
@@ -108,6 +109,14 @@ def test_some_configurations_only(words: tuple[str, ...], asked: Path, calls: Ca
     assert run("study", *words).exit_code == 0
     assert calls.only == [(NAMES[0], NAMES[9])]
     assert set(calls.requirements[0].solve.configurations) == {NAMES[0], NAMES[9]}
+
+
+@pytest.mark.parametrize("name", ["my", "my.txt", "folded", "below/my", "direct-HyHy-upper_outr"])
+def test_only_leaves_a_requirement_file_of_any_name(name: str, asked: Path, calls: Calls) -> None:
+    Path("below").mkdir()
+    asked.rename(name)
+    assert run("study", "--only", NAMES[0], "direct-*-upper_inner", name).exit_code == 0
+    assert calls.only == [(NAMES[0], *NAMES[1:8:2])]
 
 
 def test_only_takes_patterns(asked: Path, calls: Calls) -> None:

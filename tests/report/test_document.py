@@ -14,7 +14,9 @@ from designer.configurations import enumerate_configurations
 from designer.files import InputError
 from designer.report.document import draw_figures, typeset, write_pdf
 from designer.report.folder import read_folder
+from designer.report.legible import legible_source
 from designer.report.sections import Illustrations, source
+from designer.report.typesetting.glyphs import missing_characters
 from designer.report.typesetting.tables import ranking
 
 
@@ -90,7 +92,42 @@ def test_columns_fronts_and_provenance_may_be_missing(tmp_path: Path) -> None:
         writer.writeheader()
         writer.writerows(rows)
     study = read_folder(path)
-    assert typeset(study, draw_figures(study)).startswith(b"%PDF-")
+    drawn = draw_figures(study)
+    assert typeset(source(study, drawn), drawn).startswith(b"%PDF-")
+
+
+@pytest.mark.parametrize(
+    ("title", "description", "shown"),
+    [
+        ("室内机器人", "Ein Fühler für Räume, 1 bis 5 m", "none"),
+        ("Робот № 1: θ = 16°, ½ × Ø80 − “ça”", "実験 of a 日本 lens", "… of a … lens"),
+    ],
+)
+def test_nothing_is_printed_that_the_fonts_lack(title: str, description: str, shown: str, tmp_path: Path) -> None:
+    """Words are replaced, and a note says so; what the fonts have stays as it was written."""
+    path = write_sample_study(tmp_path / "none", title=title, designs=())
+    asked = path / "requirement.toml"
+    asked.write_text(
+        re.sub(r"description = .*", f'description = "{description}"', asked.read_text(encoding="utf-8")),
+        encoding="utf-8",
+    )
+    study = read_folder(path)
+    text, note = legible_source(study, Illustrations())
+    assert not missing_characters(text)
+    key, kept = ("title", description) if shown == "none" else ("description", title)
+    assert f"lack characters of {key}:" in note
+    assert note in text
+    assert kept in text
+    assert shown == "none" or shown in text
+    told: list[str] = []
+    write_pdf(path, told.append)
+    assert told == [note]
+
+
+def test_where_the_fonts_have_everything_nothing_is_said(tmp_path: Path) -> None:
+    path = write_sample_study(tmp_path / "plain", title="Größe und Reichweite", designs=())
+    study = read_folder(path)
+    assert legible_source(study, Illustrations()) == (source(study, Illustrations()), "")
 
 
 def test_figures_of_an_earlier_report_go(tmp_path: Path) -> None:
