@@ -10,13 +10,16 @@ import json
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError, field_validator, model_validator
 
 from designer.files import InputError, describe_validation_error, read_text, write_atomically
 
-Positive = Annotated[FiniteFloat, Field(gt=0)]
-NonNegative = Annotated[FiniteFloat, Field(ge=0)]
-Interval = tuple[FiniteFloat, FiniteFloat]
+# Strict: neither "12.0" nor true is a number.
+Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
+Positive = Annotated[Number, Field(gt=0)]
+NonNegative = Annotated[Number, Field(ge=0)]
+Pixels = Annotated[int, Strict(), Field(gt=0, le=1_000_000)]
+Interval = tuple[Number, Number]
 
 
 class Record(BaseModel):
@@ -34,11 +37,11 @@ class Camera(Record):
 
     focal_length_mm: Positive
     pixel_pitch_mm: Positive
-    width_px: Annotated[int, Field(gt=0)]
-    height_px: Annotated[int, Field(gt=0)]
+    width_px: Pixels
+    height_px: Pixels
     f_number: Positive
     lens_radius_mm: Positive
-    lens_front_mm: FiniteFloat
+    lens_front_mm: Number
     lens_length_mm: NonNegative
     body_radius_mm: NonNegative
     image_circle_radius_px: Positive | None = None
@@ -66,9 +69,9 @@ class Mirror(Record):
 
     name: str
     kind: Literal["plane", "hyperboloid", "ellipsoid", "paraboloid"]
-    vertex_mm: FiniteFloat
-    radius_mm: FiniteFloat | None
-    conic: FiniteFloat
+    vertex_mm: Number
+    radius_mm: Number | None
+    conic: Number
     inner_radius_mm: NonNegative
     outer_radius_mm: Positive
     thickness_mm: NonNegative
@@ -104,8 +107,8 @@ class View(Record):
     """
 
     path: Annotated[tuple[str, ...], Field(min_length=1)]
-    viewpoint_mm: FiniteFloat
-    gain: FiniteFloat
+    viewpoint_mm: Number
+    gain: Number
     sense: Literal["direct", "folded"]
     elevation_deg: Interval
     zone: Literal["outer", "inner"]
@@ -136,14 +139,21 @@ class Design(Record):
     camera: Camera
     mirrors: Annotated[tuple[Mirror, ...], Field(min_length=1)]
     views: Views
-    baseline_mm: FiniteFloat
-    height_mm: FiniteFloat
-    diameter_mm: FiniteFloat
+    baseline_mm: Number
+    height_mm: Number
+    diameter_mm: Number
     working_volume: WorkingVolume
     noise_px: Positive
     zone_gap_px: NonNegative = 0.0
     """Gap asked between the image zones; the closed-form limit depends on it."""
     score: dict[str, Any] = {}
+
+    @field_validator("schema_version", mode="before")
+    @classmethod
+    def _schema_is_a_number(cls, value: object) -> object:
+        if isinstance(value, bool):
+            raise ValueError("must be 1")
+        return value
 
     @model_validator(mode="after")
     def _paths_name_mirrors(self) -> Self:
@@ -178,6 +188,8 @@ def read_design(path: Path) -> Design:
         raise InputError(f"{path}: nested too deeply for a design file") from None
     except ValidationError as error:
         raise InputError(describe_validation_error(path, error)) from None
+    except ValueError:  # a whole number of more digits than Python reads
+        raise InputError(f"{path}: holds a number of thousands of digits") from None
 
 
 def write_design(design: Design, path: Path) -> None:

@@ -1,4 +1,4 @@
-"""First-order depth error of a stereo pair of views (design notes, section 5).
+"""Depth error of a stereo pair of views (design notes, section 5): first order, and what the second adds.
 
 A point at horizontal distance D is seen by the lower viewpoint at slope m_l = tan(phi_l) and by the upper one at
 m_u, and D = b / (m_l - m_u). With noise sigma_r in the image radius of each view, independent in the two,
@@ -6,9 +6,10 @@ m_u, and D = b / (m_l - m_u). With noise sigma_r in the image radius of each vie
     sigma_D / D = (D / b) sqrt(sigma_ml^2 + sigma_mu^2),   sigma_m = sigma_r (1 + m^2) / |dr/dphi|
 
 The score is the root mean square of sigma_D / D over the working volume, uniform in elevation (seen from the middle
-of the baseline) and log-uniform in distance. Functions down to :func:`depth_error_rms` take floats, NumPy arrays or
-CasADi symbols; the rest take floats and arrays. Lengths in mm, angles in radians. Where a view's gain carries a ray
-beyond 90 degrees at the pinhole the numbers mean nothing; no zone inside an image circle does.
+of the baseline) and log-uniform in distance. First order takes D for linear in the noise, but it is the reciprocal of
+the disparity m_l - m_u: see :func:`second_order`. Functions down to :func:`depth_error_rms` take floats, NumPy arrays
+or CasADi symbols; the rest take floats and arrays. Lengths in mm, angles in radians. Where a view's gain carries a
+ray beyond 90 degrees at the pinhole the numbers mean nothing; no zone inside an image circle does.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from designer.design import Design
 from designer.optics.backend import Scalar, sqrt, tan
@@ -34,8 +35,11 @@ from designer.optics.view import (
 ELEVATION_NODES = 5
 DISTANCE_NODES = 4
 
-# Above this sigma_D / D the distance is no longer near Gaussian and first order is not honest.
-FIRST_ORDER_BOUND = 0.25
+# The sigma_D / D at which first order, and first and second order together, are 2 percent off (see the tests).
+FIRST_ORDER_BOUND = 0.065
+SECOND_ORDER_BOUND = 0.149
+# Fourth powers of the distance need more nodes than squares do.
+SECOND_ORDER_NODES = 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,9 +175,25 @@ def worst_depth_error(pair: StereoPair, volume: Volume, noise_mm: float) -> floa
     return float(np.max(depth_error_map(pair, elevations, distances, noise_mm)))
 
 
-def first_order_is_valid(pair: StereoPair, volume: Volume, noise_mm: float) -> bool:
-    """Whether sigma_D / D stays below 0.25 everywhere in the volume; beyond it only a Monte Carlo is honest."""
-    return worst_depth_error(pair, volume, noise_mm) <= FIRST_ORDER_BOUND
+def second_order(first_order: ArrayLike) -> NDArray[np.float64]:
+    """Root mean square relative depth error s sqrt(1 + 9 s^2) where first order says s = sigma_D / D; any shape.
+
+    Noise changes the disparity by a Gaussian fraction x of deviation s, and D'/D - 1 = 1/(1 + x) - 1 = -x + x^2 - x^3,
+    whence a bias of s^2, a variance of s^2 (1 + 8 s^2) and a mean square of s^2 (1 + 9 s^2); the next term of the last
+    is 75 s^6. That each slope bends with its image radius adds less than 2e-4 of the error in the shipped studies and
+    is left out. Within 2 percent of the truth up to ``SECOND_ORDER_BOUND``.
+    """
+    error = np.asarray(first_order, dtype=float)
+    return np.asarray(error * np.sqrt(1.0 + 9.0 * error * error))
+
+
+def depth_error_rms_second_order(pair: StereoPair, volume: Volume, noise_mm: float) -> float:
+    """Root mean square relative depth error over the working volume, averaged as the score is, to second order."""
+    nodes, weights = (np.array(part) for part in zip(*_unit_gauss_legendre(SECOND_ORDER_NODES), strict=True))
+    low, high = volume.elevations
+    near, far = volume.distances
+    first_order = depth_error_map(pair, (low + (high - low) * nodes)[:, None], near * (far / near) ** nodes, noise_mm)
+    return float(np.sqrt(weights @ second_order(first_order) ** 2 @ weights))
 
 
 def volume_grid(

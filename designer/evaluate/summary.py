@@ -10,12 +10,15 @@ import numpy as np
 from designer.design import Design
 from designer.evaluate.depth import (
     FIRST_ORDER_BOUND,
+    SECOND_ORDER_BOUND,
     StereoPair,
     Volume,
     depth_error_rms,
+    depth_error_rms_second_order,
     disparity_steps,
     noise_mm_of,
     point_covariance,
+    second_order,
     stereo_pair_of,
     volume_of,
     worst_depth_error,
@@ -49,8 +52,10 @@ def evaluate_design(design: Design, zone_gap_px: float = 0.0) -> dict[str, Any]:
 
     Returns
     -------
-    Plain JSON values. ``depth_error_limit`` and ``limit_ratio`` are None where the outer zone leaves no room for the
-    inner one; lengths and errors that would be infinite are None.
+    Plain JSON values. ``depth_error_rms`` is the score; it and ``depth_error_worst`` are first order, and valid (2
+    percent) if ``first_order_valid``; their ``_second_order`` companions if ``second_order_valid``; beyond that only a
+    Monte Carlo is honest. ``depth_error_limit`` and ``limit_ratio`` are None where the outer zone leaves no room for
+    the inner one; lengths and errors that would be infinite are None.
 
     Raises
     ------
@@ -67,6 +72,9 @@ def evaluate_design(design: Design, zone_gap_px: float = 0.0) -> dict[str, Any]:
         "depth_error_rms": _finite(score),
         "depth_error_worst": _finite(worst),
         "first_order_valid": worst <= FIRST_ORDER_BOUND,
+        "depth_error_rms_second_order": _finite(depth_error_rms_second_order(pair, volume, noise_mm)),
+        "depth_error_worst_second_order": _finite(second_order(worst)),
+        "second_order_valid": worst <= SECOND_ORDER_BOUND,
         "depth_error_limit": limit,
         "limit_ratio": None if limit is None else _finite(score / limit),
         "quantisation": _quantisation(design, pair, volume),

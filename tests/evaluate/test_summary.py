@@ -25,10 +25,21 @@ def test_summary_is_plain_json_with_what_was_asked(name: str, request):
     assert [mirror["name"] for mirror in summary["mirrors"]] == ["direct", "primary", "secondary"]
 
 
-def test_far_away_first_order_is_not_valid(published: Design):
+@pytest.mark.parametrize(
+    ("farthest", "first", "second"), [(2000.0, True, True), (8_000.0, False, True), (60_000.0, False, False)]
+)
+def test_each_order_is_valid_up_to_its_bound(published: Design, farthest: float, first: bool, second: bool):
+    summary = evaluate_design(changed(published, ("working_volume", "distance_mm"), [500.0, farthest]))
+    assert (summary["first_order_valid"], summary["second_order_valid"]) == (first, second)
+    worst, corrected = summary["depth_error_worst"], summary["depth_error_worst_second_order"]
+    assert corrected == pytest.approx(worst * (1 + 9 * worst**2) ** 0.5)
+    assert (corrected < 1.02 * worst) == first
+    assert summary["depth_error_rms"] < summary["depth_error_rms_second_order"] < corrected
+
+
+def test_far_away_rounding_reaches_infinity(published: Design):
     far = changed(published, ("working_volume", "distance_mm"), [500.0, 60_000.0])
     summary = evaluate_design(far)
-    assert summary["first_order_valid"] is False
     assert summary["quantisation"]["brute_force_rms"] is None
 
 
