@@ -6,6 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from designer.requirement.coherence import check_fixed_numbers
 from designer.requirement.part import Part
 from designer.requirement.quantity import Quantity, refuse
 from designer.requirement.selection import nearest
@@ -95,4 +96,13 @@ class Fixed(Part):
             for name in given:
                 if name not in known:
                     refuse(f"no such {table}; {nearest(name, known)}", f"{table}.{name}")
+        return self
+
+    @model_validator(mode="after")
+    def _numbers_agree(self) -> Self:
+        mirrors, views = (
+            {name: part.model_dump(exclude_none=True) for name, part in table.items()}
+            for table in (self.mirror, self.view)
+        )
+        check_fixed_numbers(mirrors, views)
         return self

@@ -20,6 +20,9 @@ from designer.requirement.quantity import Quantity, refuse
 from designer.requirement.selection import select_configurations
 from designer.requirement.space import Envelope, Manufacture, WorkingVolume
 
+# What differs by more cannot be met to the solver's tolerance either.
+SAME_LENGTH_MM = 1e-6
+
 Goal = Literal["depth_error", "height", "diameter", "volume"]
 
 
@@ -228,4 +231,16 @@ def _check_fixed(asked: Requirement) -> None:
             refuse(
                 f"no configuration in solve.configurations has this mirror; they have {', '.join(sorted(known))}",
                 f"fixed.mirror.{name}",
+            )
+    view = asked.fixed.view
+    ends_mm = [view[name].viewpoint_mm for name in ("lower", "upper") if name in view]
+    if len(ends_mm) == 2 and ends_mm[0] is not None and ends_mm[1] is not None:
+        apart, (least, greatest) = ends_mm[1] - ends_mm[0], asked.baseline_range_mm
+        if not least - SAME_LENGTH_MM <= apart <= greatest + SAME_LENGTH_MM:
+            allowed = f"{least:g}" if least == greatest else f"from {least:g} to {greatest:g}"
+            refuse(
+                f"less fixed.view.lower.viewpoint_mm ({ends_mm[0]:g}) must be the baseline, baseline_mm = {allowed}; "
+                f"it is {apart:g}",
+                "fixed.view.upper.viewpoint_mm",
+                ends_mm[1],
             )

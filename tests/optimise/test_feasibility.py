@@ -12,6 +12,7 @@ from shipped_problems import (
     CONFIGURATIONS,
     SHIPPED,
     VARIANTS,
+    at,
     design_record,
     is_coherent,
     problem_of,
@@ -21,13 +22,16 @@ from shipped_problems import (
     variant_name,
 )
 
+from designer.configurations import MirrorKind
 from designer.optics.clearance import pair_up, separations
+from designer.optics.view import elevation_tangents_of_views
 from designer.optimise.box import Ranges
 from designer.optimise.feasibility import why_fixed_conflicts, why_impossible
 from designer.optimise.rules import rules_of
 from designer.optimise.screening import check
 from designer.optimise.variants import Variant, enumerate_variants
 from designer.requirement import Requirement, set_key
+from designer.requirement.coherence import check_fixed_numbers
 from designer.verify.verdict import judge
 
 
@@ -132,6 +136,10 @@ def test_no_rule_forbids_what_random_search_finds(variant, low, span, baseline, 
         ("baseline_mm", baseline),
     ):
         requirement = set_key(requirement, key, value)
+    # A ray a hundredth of a degree off the horizon meets its wall so near the rim that clearances cannot tell.
+    slopes = (np.tan(np.radians(low)), np.tan(np.radians(low + span)))
+    ends_deg = np.degrees(np.arctan(elevation_tangents_of_views(slopes, (near, 2.0 * near), baseline)))
+    assume(np.abs(ends_deg).min() > 0.05)
     if unhindered(problem_of(requirement, variant), seed=5).any():
         assert reason(requirement, variant) is None
 
@@ -208,6 +216,77 @@ def test_a_mirror_that_does_not_belong_is_refused_by_name(configuration, fixed, 
 )
 def test_what_may_belong_is_not_refused(configuration, fixed):
     assert why_fixed_conflicts(CONFIGURATIONS[configuration], fixed) is None
+
+
+@pytest.mark.parametrize(
+    ("configuration", "fixed", "words"),
+    [
+        ("folded-HyPl-Hy-upper_outer", {"direct.radius_mm": -40.0}, "radius of -40 mm.* hyperboloid is positive"),
+        ("folded-HyPl-El-upper_outer", {"direct.radius_mm": 40.0}, "radius of 40 mm.* ellipsoid is negative"),
+        ("folded-HyPl-Hy-upper_outer", {"primary.radius_mm": 20.0}, "radius of 20 mm.* hyperboloid is negative"),
+        ("folded-ElHy-Hy-upper_outer", {"primary.radius_mm": -20.0}, "radius of -20 mm.* ellipsoid is positive"),
+        ("folded-PlEl-Hy-upper_outer", {"secondary.radius_mm": 20.0}, "radius of 20 mm.* ellipsoid is negative"),
+        ("folded-PaPa-Hy-upper_outer", {"secondary.radius_mm": 20.0}, "radius of 20 mm.* paraboloid is negative"),
+        ("folded-HyPl-El-upper_outer", {"upper.gain": 0.1}, "gain of the upper view is 0.1, .* is negative"),
+        ("folded-HyPl-El-upper_outer", {"lower.gain": -0.1}, "gain of the lower view is -0.1, .* is positive"),
+        ("direct-HyHy-upper_outer", {"lower.viewpoint_mm": -5.0}, "lower viewpoint lies below the pinhole"),
+        ("direct-HyHy-upper_outer", {"lower.gain": 1.5}, "one mirror alone gives less than 1"),
+        (
+            "direct-HyEl-upper_outer",
+            {"upper.vertex_mm": 100.0, "upper.viewpoint_mm": 110.0},
+            "upper mirror would be a hyperboloid by vertex_mm with the view's viewpoint_mm, .* is an ellipsoid",
+        ),
+        (
+            "folded-HyPl-Hy-upper_outer",
+            {"direct.vertex_mm": 100.0, "upper.viewpoint_mm": 90.0},
+            "direct mirror would be an ellipsoid by vertex_mm with the view's viewpoint_mm, .* is a hyperboloid",
+        ),
+    ],
+)
+def test_a_fixed_number_on_the_wrong_side_is_impossible_at_once(configuration, fixed, words):
+    said = why_fixed_conflicts(CONFIGURATIONS[configuration], fixed)
+    assert said is not None
+    assert re.search(words, said), said
+
+
+@pytest.mark.parametrize("variant", VARIANTS, ids=variant_name)
+def test_numbers_of_a_design_never_conflict_with_its_own_configuration(variant):
+    """Whatever is fixed of a coherent design, alone or together, some design of the configuration has it."""
+    problem = problem_of(shipped_requirement("pipe_inspection"), variant)
+    values = random_designs(problem, 400, seed=11)
+    assembly = put_together(problem, values)
+    kept = np.flatnonzero(is_coherent(assembly))[:20]
+    assert kept.size
+    for index in kept:
+        mirrors, views = numbers_of(variant, put_together(problem, at(values, index)), at(values, index))
+        together = {
+            f"{owner}.{key}": value
+            for table in (mirrors, views)
+            for owner in table
+            for key, value in table[owner].items()
+        }
+        check_fixed_numbers(mirrors, views)
+        for fixed in (together, *({key: value} for key, value in together.items())):
+            assert why_fixed_conflicts(variant.configuration, fixed) is None, fixed
+
+
+def numbers_of(variant, assembly, values):
+    """Radius, conic constant and vertex of each curved mirror, viewpoint and gain of each view, of one design."""
+    mirrors, views = {}, {}
+    for mirror in assembly.layout.mirrors:
+        vertex, curvature, conic_term = (
+            float(np.ravel(number)[0])
+            for number in (mirror.surface.vertex_height, mirror.surface.curvature, mirror.surface.conic_term)
+        )
+        mirrors[mirror.name] = {"vertex_mm": vertex}
+        kind = variant.configuration.mirror_kinds[mirror.name]
+        if kind is not MirrorKind.PLANE:
+            conic = -1.0 if kind is MirrorKind.PARABOLOID else conic_term / curvature**2 - 1.0
+            mirrors[mirror.name] |= {"radius_mm": 1.0 / curvature, "conic": conic}
+    for view in ("lower", "upper"):
+        viewpoint = values["lower_viewpoint"][0] + (values["baseline"][0] if view == "upper" else 0.0)
+        views[view] = {"viewpoint_mm": float(viewpoint), "gain": float(values[f"{view}_gain"][0])}
+    return mirrors, views
 
 
 def test_a_check_names_every_violation_in_its_own_unit():
