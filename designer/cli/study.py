@@ -169,17 +169,20 @@ def _result(folder: Path, pdf: Path | None) -> str:
     feasible = [row for row in rows if row["status"] == "feasible"]
     counts = ", ".join(f"{count} {status}" for status, count in Counter(row["status"] for row in rows).most_common())
     header = ("rank", "configuration", "depth error", "of limit", "baseline mm", "height mm", "diameter mm")
+    beyond = [row for row in feasible[:SHOWN_DESIGNS] if row.get("first_order_valid") == "False"]
     lines = [
         (
             str(rank),
             row["configuration"],
-            _cell(row["depth_error_rms"], 100, 3, " %"),
+            _cell(row["depth_error_rms"], 100, 3, " %") + (("  ", " *")[row in beyond] if beyond else ""),
             _cell(row["limit_ratio"], 1, 3),
             *(_cell(row[key], 1, 1) for key in ("baseline_mm", "height_mm", "diameter_mm")),
         )
         for rank, row in enumerate(feasible[:SHOWN_DESIGNS], 1)
     ]
     parts = [format_table(header, lines, right=(header[0], *header[2:]))] if lines else []
+    if beyond:
+        parts.append("* first order, too little at the worst point; see depth_error_*_second_order in designs.csv")
     parts.append(f"{len(rows)} configurations: {counts}")
     parts.append(f"{pdf}" if pdf else f"{folder / 'designs.csv'}")
     return "\n".join(parts)

@@ -39,6 +39,16 @@ class Row:
         return self.texts.get(column, "")
 
     @property
+    def is_beyond_first_order(self) -> bool:
+        """Whether first order is off at the worst point of the volume; False where the table does not tell."""
+        return self.text("first_order_valid") == "False"
+
+    @property
+    def is_beyond_second_order(self) -> bool:
+        """Whether second order is off too, so that only a Monte Carlo is honest."""
+        return self.text("second_order_valid") == "False"
+
+    @property
     def rank(self) -> int | None:
         """Place in the ranking, from 1; None unless feasible."""
         value = self.number("rank")

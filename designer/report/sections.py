@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from designer.design import Design
+from designer.evaluate.depth import FIRST_ORDER_BOUND
 from designer.evaluate.resolution import smallest_object
 from designer.report.check_section import check_heading, check_page, unchecked_line
 from designer.report.figures.depth_map import IMAGE_CIRCLE_PX
@@ -23,6 +24,8 @@ from designer.report.typesetting.tables import (
     ranking,
 )
 from designer.report.typesetting.verdict import configuration_in_words, verdict
+
+FIRST_ORDER_WORDS = f"{100 * FIRST_ORDER_BOUND:g} %"
 
 PAPER_STUDY = "indoor_robot"
 """The requirement taken from the paper's prototype, which is then shown beside the paper's numbers."""
@@ -155,6 +158,11 @@ def ranking_section(study: StudyFolder) -> str:
         "least that any mirrors could reach at the design's own baseline and principal distance ($1.000$: proven "
         "optimal). $b$ baseline, $H$ height, $W$ diameter. Statuses are defined in @method."
     )
+    if any(row.is_beyond_first_order for row in study.feasible):
+        note += (
+            f" A star marks errors that exceed {FIRST_ORDER_WORDS} somewhere in the volume, where first order says too "
+            "little: @depth-error tells how much."
+        )
     return f"#pagebreak(weak: true)\n= Ranking of all configurations <ranking>\n{note}\n\n{ranking(study.rows)}"
 
 
@@ -187,8 +195,8 @@ def best_heading() -> str:
         "of one epipolar plane put a point, in the manner of the paper's figure 6, on an image circle of "
         f"{IMAGE_CIRCLE_PX} pixels across; the grey outline is the working volume, the triangles are the viewpoints. "
         "_Depth error_: lines are first order at the lowest, middle and highest elevation and their rms, circles the "
-        "rms of noisy projections through the ray tracer; a dotted line at 25 % marks where first order ends, and is "
-        "left out where the errors stay far below it.\n]\n"
+        f"rms of noisy projections through the ray tracer; a dotted line at {FIRST_ORDER_WORDS} marks where first "
+        "order ends, and is left out where the errors stay far below it.\n]\n"
     )
 
 
@@ -259,10 +267,21 @@ def performance_facts(row: Row) -> list[tuple[str, str]]:
     facts = [
         ("rms depth error", f"{rms} %"),
         ("worst depth error", f"{worst} %"),
+        ("to second order", _second_order_words(row)),
         ("limit ratio", number(row.number("limit_ratio"), 4)),
         ("first stage alone", f"{first_stage} %, {height} mm tall, {diameter} mm wide"),
     ]
     return [fact for fact in facts if not fact[1].startswith(DASH)]
+
+
+def _second_order_words(row: Row) -> str:
+    """Depth errors to second order where first order is off; a dash, which is left out, where it is not."""
+    if not row.is_beyond_first_order:
+        return DASH
+    if row.is_beyond_second_order:
+        return "off too: traced points count"
+    rms, worst = (percent(row.number(f"depth_error_{kind}_second_order")) for kind in ("rms", "worst"))
+    return f"{rms} %, at worst {worst} %"
 
 
 def size_facts(row: Row) -> list[tuple[str, str]]:

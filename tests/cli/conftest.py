@@ -22,7 +22,7 @@ direct-ElEl-upper_outer,direct,upper_outer,impossible,an ellipsoid cannot see it
 
 @pytest.fixture
 def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
-    seen = Calls()
+    seen = Calls(designs=DESIGNS)
 
     def run_study(
         requirement: Requirement,
@@ -36,7 +36,7 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
         seen.folders.append(out_dir)
         seen.jobs.append(jobs)
         seen.only.append(only)
-        (out_dir / "designs.csv").write_text(DESIGNS, encoding="utf-8")
+        (out_dir / "designs.csv").write_text(seen.designs, encoding="utf-8")
         if progress:
             progress(Progress(1, 2, "direct-HyHy-upper_outer", "infeasible", 0, 1.5, 1.5))
             progress(Progress(2, 2, "folded-HyPl-Hy-upper_outer", "feasible", 1, 3.0, 0.0))

@@ -8,8 +8,9 @@ from designer.requirement import Requirement
 
 @dataclass
 class Calls:
-    """The arguments of every call, in order."""
+    """The arguments of every call, in order, and the table that the study writes."""
 
+    designs: str
     requirements: list[Requirement] = field(default_factory=list)
     folders: list[Path] = field(default_factory=list)
     jobs: list[int] = field(default_factory=list)

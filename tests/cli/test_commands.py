@@ -83,6 +83,20 @@ def test_a_study_goes_to_reports_and_ends_with_the_ranking(asked: Path, calls: C
     ]
 
 
+def test_depth_errors_beyond_first_order_carry_a_star(
+    asked: Path, calls: Calls, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    head, first, *others = calls.designs.splitlines()
+    second = first.replace("upper_outer", "upper_inner")
+    rows = [f"{head},first_order_valid", f"{first},True", f"{second},False", *(f"{row}," for row in others)]
+    calls.designs = "\n".join(rows) + "\n"
+    table = run("study", asked).stdout.splitlines()
+    assert table[2].split("%")[1].split()[0] == "1.004"
+    assert "1.230 % *" in table[3]
+    assert table[2].index("1.230") == table[3].index("1.230")
+    assert table[4].startswith("* first order")
+
+
 def test_a_quiet_study_without_pdf_elsewhere(asked: Path, calls: Calls) -> None:
     result = run("study", "--quiet", "--no-pdf", "--jobs", 3, "--out", "else/where", asked)
     assert (result.exit_code, result.output) == (0, "")

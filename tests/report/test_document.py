@@ -130,6 +130,44 @@ def test_where_the_fonts_have_everything_nothing_is_said(tmp_path: Path) -> None
     assert legible_source(study, Illustrations()) == (source(study, Illustrations()), "")
 
 
+@pytest.mark.parametrize(
+    ("second_valid", "verdict_says", "page_says"),
+    [
+        ("True", "to second order it is 8.77 % (at worst 13.5 %)", "8.77 %, at worst 13.5 %"),
+        ("False", "beyond what first or second order can say", "off too: traced points count"),
+    ],
+)
+def test_errors_beyond_first_order_are_flagged_everywhere(
+    second_valid: str, verdict_says: str, page_says: str, tmp_path: Path
+) -> None:
+    """In the verdict, in the ranking (beside a design without a star) and on the design's page."""
+    path = write_sample_study(tmp_path / "far", designs=(prototype(), prototype(topology="upper_inner")))
+    plain = source(read_folder(path), Illustrations())
+    assert "A star marks" not in plain
+    assert '"to second order"' not in plain
+    with (path / "designs.csv").open(encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    far = {
+        "first_order_valid": "False",
+        "depth_error_rms_second_order": "0.0877",
+        "depth_error_worst_second_order": "0.135",
+        "second_order_valid": second_valid,
+    }
+    flagged = [row | (far if row["rank"] == "1" else dict.fromkeys(far, "True")) for row in rows]
+    with (path / "designs.csv").open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.DictWriter(stream, fieldnames=list(flagged[0]))
+        writer.writeheader()
+        writer.writerows(flagged)
+    study = read_folder(path)
+    text = source(study, Illustrations())
+    assert verdict_says in text
+    assert "A star marks errors that exceed 6.5 % somewhere" in text
+    table = ranking(study.rows)
+    assert (table.count('#text("*")'), table.count('#hide("*")')) == (1, 1)
+    assert page_says in text
+    assert write_pdf(path).exists()
+
+
 def test_figures_of_an_earlier_report_go(tmp_path: Path) -> None:
     path = write_sample_study(tmp_path / "study", designs=())
     stale, foreign = (path / "figures" / name for name in ("resolution-gone.svg", "office.svg"))

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from designer.design import Design
-from designer.evaluate.depth import FIRST_ORDER_BOUND, depth_error_map, stereo_pair_of
+from designer.evaluate.depth import FIRST_ORDER_BOUND, depth_error_map, second_order, stereo_pair_of
 from designer.report.figures.style import BLUE, GREEN, GREY, INK, VERMILLION, length_unit, new_figure
 from designer.verify.montecarlo import depth_error_by_distance
 
@@ -22,7 +22,7 @@ _TICK_GRIDS = (
     (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0),
 )
 
-BOUND_IN_SIGHT = 4.0
+BOUND_IN_SIGHT = 2.0
 """The honesty limit is drawn when the errors come within this factor of it."""
 
 
@@ -30,7 +30,7 @@ def draw_depth_error(design: Design, width_mm: float, height_mm: float) -> Figur
     """Draw sigma_D / D in percent over the working distances, at the lowest, middle and highest elevation.
 
     The points are noisy projections traced at random elevations; the thick grey line is first order, rms over
-    elevation, which they should meet as long as it stays below the honesty limit.
+    elevation, which they should meet as long as it stays below the honesty limit; beyond it second order is drawn too.
     """
     noise_mm = design.noise_px * design.camera.pixel_pitch_mm
     pair = stereo_pair_of(design)
@@ -45,8 +45,14 @@ def draw_depth_error(design: Design, width_mm: float, height_mm: float) -> Figur
         label = f"{elevation:g}°".replace("-", "−")
         axes.plot(distances / unit_mm, 100 * error, color=colour, linestyle=style, label=label, linewidth=1.0)
     elevations = np.radians(np.linspace(low, high, 33))[:, None]
-    rms = np.sqrt(np.mean(depth_error_map(pair, elevations, distances, noise_mm) ** 2, axis=0))
+    errors = depth_error_map(pair, elevations, distances, noise_mm)
+    rms = np.sqrt(np.mean(errors**2, axis=0))
     axes.plot(distances / unit_mm, 100 * rms, color=GREY, linewidth=2.6, alpha=0.5, label="rms", zorder=1)
+    if rms.max() > FIRST_ORDER_BOUND:
+        further = np.sqrt(np.mean(second_order(errors) ** 2, axis=0))
+        axes.plot(
+            distances / unit_mm, 100 * further, color=GREY, linewidth=1.0, linestyle=(0, (6, 2)), label="rms, 2nd order"
+        )
     sampled = np.geomspace(near, far, 6)
     traced = depth_error_by_distance(design, sampled, samples=MONTE_CARLO_SAMPLES, seed=0)
     axes.plot(sampled / unit_mm, 100 * traced, "o", color=INK, markersize=3.5, markerfacecolor="none", label="traced")

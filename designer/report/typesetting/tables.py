@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from designer.design import Design
 from designer.evaluate.mirrors import mirror_shape
 from designer.report.folder import Row
-from designer.report.typesetting.markup import DASH, call, cell, cells, literal, number, typographic
+from designer.report.typesetting.markup import DASH, call, cell, cells, literal, number, text, typographic
 
 PAPER_CONFIGURATION = "folded-HyPl-Hy-upper_outer"
 
@@ -60,22 +60,29 @@ def prescription(design: Design) -> str:
 
 
 def ranking(rows: Iterable[Row]) -> str:
-    """Every configuration with its status: feasible ones by rank with their numbers, the others with their reason."""
+    """Every configuration with its status: feasible ones by rank with their numbers, the others with their reason.
+
+    A star marks depth errors that first order does not tell truly at the worst point of the volume.
+    """
     body = []
     rows = tuple(rows)
     decimals = percent_decimals(row.number("depth_error_rms") for row in rows)
+    starred = any(row.is_beyond_first_order for row in rows)
     for row in rows:
         head = [cell(row.rank or DASH), f"name-of({literal(row.configuration)})", cell(row.status)]
         if row.status == "feasible":
+            error = text(percent(row.number("depth_error_rms"), decimals))
+            if starred:
+                # Hidden where it does not apply, so that the digits stay in line.
+                error += '#text("*")' if row.is_beyond_first_order else '#hide("*")'
             values = [
-                percent(row.number("depth_error_rms"), decimals),
                 number(row.number("limit_ratio"), 3),
                 number(row.number("baseline_mm"), 1),
                 number(row.number("height_mm"), 1),
                 number(row.number("diameter_mm"), 1),
                 typographic(row.text("variant")),
             ]
-            body.append([*head, *(cell(value) for value in values)])
+            body.append([*head, f"[{error}]", *(cell(value) for value in values)])
         else:
             reason = typographic(row.reason) or "no reason given"
             body.append([*head, f"table.cell(colspan: 6, align: left, {cell(reason)})"])

@@ -85,7 +85,20 @@ def _winner(study: StudyFolder, winner: Row) -> str:
     sentence += f" (at worst {percent(worst)} %)" if worst is not None else ""
     if ratio is not None:
         sentence += f", {number(ratio, 3)} times the least that any mirrors could reach at its baseline and topology"
-    return f"The best is {_name(winner)}{text(sentence + '.')}"
+    return f"The best is {_name(winner)}{text(sentence + '.' + _beyond_first_order(winner))}"
+
+
+def _beyond_first_order(winner: Row) -> str:
+    """What to make of depth errors that first order does not say to 2 percent; empty where it does."""
+    if not winner.is_beyond_first_order:
+        return ""
+    rms, worst = (winner.number(f"depth_error_{kind}_second_order") for kind in ("rms", "worst"))
+    if winner.is_beyond_second_order or rms is None or worst is None:
+        return (
+            " These are first order, and the worst points lie beyond what first or second order can say: there the "
+            "traced points of its page count."
+        )
+    return f" First order says too little here: to second order it is {percent(rms)} % (at worst {percent(worst)} %)."
 
 
 def _size(study: StudyFolder, winner: Row) -> str:
