@@ -15,6 +15,7 @@ from designer.design import Design, read_design
 from designer.files import InputError, read_text
 from designer.report.checked import CheckedDesign, read_check, read_unchecked
 
+_SCORE_AND_RATIO = ("depth_error_rms", "limit_ratio")
 STATUSES = ("feasible", "infeasible", "failed", "impossible")
 
 
@@ -47,6 +48,14 @@ class Row:
     def is_beyond_second_order(self) -> bool:
         """Whether second order is off too, so that only a Monte Carlo is honest."""
         return self.text("second_order_valid") == "False"
+
+    @property
+    def least_limit(self) -> float | None:
+        """The least limit over all allowed baselines and focal lengths; None unless it is below the design's own."""
+        least, error, ratio = (self.number(key) for key in ("least_limit_depth_error_rms", *_SCORE_AND_RATIO))
+        if least is None or error is None or ratio is None:
+            return None
+        return least if least * ratio < 0.9999 * error else None
 
     @property
     def rank(self) -> int | None:

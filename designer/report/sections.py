@@ -269,9 +269,18 @@ def performance_facts(row: Row) -> list[tuple[str, str]]:
         ("worst depth error", f"{worst} %"),
         ("to second order", _second_order_words(row)),
         ("limit ratio", number(row.number("limit_ratio"), 4)),
+        ("least limit of all", _least_limit_words(row)),
         ("first stage alone", f"{first_stage} %, {height} mm tall, {diameter} mm wide"),
     ]
     return [fact for fact in facts if not fact[1].startswith(DASH)]
+
+
+def _least_limit_words(row: Row) -> str:
+    """The least limit and where it lies; a dash, which is left out, where it is the design's own."""
+    if row.least_limit is None:
+        return DASH
+    baseline, focal_length = (row.number(f"least_limit_{key}") for key in ("baseline_mm", "focal_length_mm"))
+    return f"{percent(row.least_limit)} %, at b = {number(baseline, 1)} and f = {number(focal_length, 2)} mm"
 
 
 def _second_order_words(row: Row) -> str:

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from designer.configurations import MirrorKind
+from designer.configurations import Configuration, MirrorKind
 from designer.design import Camera, Design, Mirror, View, Views, WorkingVolume
+from designer.evaluate.depth import Volume
+from designer.evaluate.limit import ImageBounds, arrangement_of, least_limit_over
 from designer.evaluate.mirrors import mirror_shape
 from designer.evaluate.summary import evaluate_design
 from designer.optics.layout import PlacedMirror
@@ -36,7 +38,7 @@ def record_of(requirement: Requirement, best: Candidate) -> Design:
     """The record of a design without its score: all that the tracer needs."""
     variant, values = best.problem.variant, best.values
     kinds = variant.configuration.mirror_kinds
-    mirrors = {mirror.name: mirror for mirror in best.report.assembly.layout.mirrors}
+    mirrors = {mirror.name: mirror for mirror in best.layout.mirrors}
     return Design.model_validate(
         {
             "configuration": variant.configuration.name,
@@ -59,7 +61,7 @@ def record_of(requirement: Requirement, best: Candidate) -> Design:
 
 def describe_variant(candidate: Candidate) -> str:
     """What distinguishes a design among those of its configuration, in words."""
-    mirrors = {mirror.name: mirror for mirror in candidate.report.assembly.layout.mirrors}
+    mirrors = {mirror.name: mirror for mirror in candidate.layout.mirrors}
     words = [candidate.problem.variant.label]
     if "primary" in mirrors:
         inner_height = float(np.ravel(mirrors["primary"].rim_heights[0])[0])
@@ -163,9 +165,40 @@ def _score(requirement: Requirement, result: SearchResult, record: Design) -> di
         "largest_slope_deg": max(max(abs(slope) for slope in shape.slope_deg) for shape in shapes),
         "first_stage": {_GOAL_KEYS[name]: value * _GOAL_FACTORS.get(name, 1.0) for name, value in first.goals.items()},
         "second_stage": {_GOAL_KEYS[name]: value * _GOAL_FACTORS.get(name, 1.0) for name, value in best.goals.items()},
+        "least_limit": least_limit_of(requirement, best.problem.variant.configuration),
         "first_stage_limit_ratio": first.goals["depth_error"] / result.limit_of_first,
         "largest_scaled_violation": best.violation,
         "solver_statuses": result.statuses,
+    }
+
+
+def least_limit_of(requirement: Requirement, configuration: Configuration) -> dict[str, float]:
+    """The least limit over every baseline and principal distance that the requirement allows, and where it lies.
+
+    Raises
+    ------
+    ValueError
+        Nowhere is there room for the inner zone.
+    """
+    volume, camera = requirement.working_volume, requirement.camera
+    pitch = camera.pixel_pitch_mm
+    low_deg, high_deg = volume.elevation_deg
+    limits = [
+        least_limit_over(
+            arrangement_of(configuration.family, configuration.topology),
+            Volume((math.radians(low_deg), math.radians(high_deg)), volume.distance_mm),
+            requirement.baseline_range_mm,
+            lens.principal_distances_mm,
+            ImageBounds(camera.image_radius_mm, requirement.manufacture.zone_gap_px * pitch),
+            requirement.noise_px * pitch,
+        )
+        for lens in camera.lenses
+    ]
+    least = min(limits, key=lambda limit: limit.depth_error_rms)
+    return {
+        "depth_error_rms": least.depth_error_rms,
+        "baseline_mm": least.baseline,
+        "focal_length_mm": least.principal_distance,
     }
 
 

@@ -168,6 +168,23 @@ def test_errors_beyond_first_order_are_flagged_everywhere(
     assert write_pdf(path).exists()
 
 
+def test_the_least_limit_is_told_where_it_is_not_the_designs_own(tmp_path: Path) -> None:
+    path = write_sample_study(tmp_path / "free", designs=(prototype(),))
+    with (path / "designs.csv").open(encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    own = float(rows[0]["depth_error_rms"] or 0.0123) / 1.002
+    for least, told in ((own, 0), (0.9 * own, 3)):
+        where = {"least_limit_baseline_mm": "120", "least_limit_focal_length_mm": "16"}
+        with (path / "designs.csv").open("w", encoding="utf-8", newline="") as stream:
+            writer = csv.DictWriter(stream, fieldnames=[*rows[0], "least_limit_depth_error_rms", *where])
+            writer.writeheader()
+            writer.writerows(row | where | {"least_limit_depth_error_rms": str(least)} for row in rows)
+        text = source(read_folder(path), Illustrations())
+        # In the verdict, beside the winner's drawing and on its page.
+        assert text.count("1.10 %") == told
+        assert text.count("at b = 120.0 and f = 16.00 mm") == max(told - 1, 0)
+
+
 def test_figures_of_an_earlier_report_go(tmp_path: Path) -> None:
     path = write_sample_study(tmp_path / "study", designs=())
     stale, foreign = (path / "figures" / name for name in ("resolution-gone.svg", "office.svg"))

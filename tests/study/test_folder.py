@@ -8,17 +8,21 @@ import math
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 from shipped_problems import shipped_requirement
 
 from designer.configurations import enumerate_configurations
 from designer.design import read_design
+from designer.evaluate.depth import Volume
+from designer.evaluate.limit import ImageBounds, arrangement_of, depth_error_limit
 from designer.evaluate.mirrors import overall_diameter_mm, overall_height_mm
 from designer.evaluate.summary import evaluate_design
 from designer.report.document import PANELS
 from designer.requirement import read_requirement, set_key
 from designer.study.outputs import FIGURE_PREFIXES
 from designer.study.progress import Progress
+from designer.study.record import least_limit_of
 from designer.study.run import Study, run_study
 from designer.verify.verdict import judge
 
@@ -147,7 +151,46 @@ def test_the_folder_says_what_was_asked_and_where_it_comes_from(study):
     assert {"python", "numpy", "casadi"} <= set(provenance["versions"])
     assert provenance["elapsed_seconds"] > 0.0
     assert "finished" in provenance
-    assert set(provenance["solvers"]) == {"ipopt"}
+    assert set(provenance["solvers"]) == {"sqpmethod"}
+
+
+@pytest.mark.parametrize("baseline", [100, [80, 120]])
+def test_the_least_limit_is_that_of_the_best_baseline_and_focal_length_allowed(baseline):
+    """Against the limit itself on a fine grid; with nothing free, it is the limit."""
+    requirement = set_key(shipped_requirement("indoor_robot"), "baseline_mm", baseline)
+    if isinstance(baseline, list):
+        requirement = set_key(requirement, "camera.lens.focal_length_mm", [10, 12])
+    lens = requirement.camera.lenses[0]
+    configuration = next(each for each in requirement.configurations if each.name == "folded-HyPl-Hy-upper_outer")
+    found = least_limit_of(requirement, configuration)
+    baselines, distances = np.meshgrid(
+        np.linspace(*requirement.baseline_range_mm, 41), np.linspace(*lens.principal_distances_mm, 41)
+    )
+    pitch = requirement.camera.pixel_pitch_mm
+    limits = depth_error_limit(
+        arrangement_of("folded", "upper_outer"),
+        Volume((math.radians(-16), math.radians(16)), (1000.0, 5000.0)),
+        baselines,
+        distances,
+        ImageBounds(requirement.camera.image_radius_mm, requirement.manufacture.zone_gap_px * pitch),
+        requirement.noise_px * pitch,
+    )
+    assert found["depth_error_rms"] == pytest.approx(limits.min(), rel=1e-9)
+    where = np.unravel_index(limits.argmin(), limits.shape)
+    assert found["baseline_mm"] == pytest.approx(baselines[where])
+    assert found["focal_length_mm"] == pytest.approx(distances[where])
+
+
+def test_a_design_tells_the_least_limit(study):
+    """In its file and in the table; here nothing is free, so it is the limit at the design's own baseline."""
+    _, folder, _ = study
+    for row in rows_of(folder):
+        if row["status"] == "feasible":
+            content = json.loads((folder / "designs" / f"{row['configuration']}.json").read_text(encoding="utf-8"))
+            least = content["score"]["least_limit"]
+            assert least["depth_error_rms"] == pytest.approx(content["score"]["depth_error_limit"], rel=1e-9)
+            assert least["baseline_mm"] == content["baseline_mm"]
+            assert float(row["least_limit_depth_error_rms"]) == least["depth_error_rms"]
 
 
 def test_fronts_fall_as_the_envelope_is_loosened(study):

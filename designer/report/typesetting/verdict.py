@@ -85,6 +85,8 @@ def _winner(study: StudyFolder, winner: Row) -> str:
     sentence += f" (at worst {percent(worst)} %)" if worst is not None else ""
     if ratio is not None:
         sentence += f", {number(ratio, 3)} times the least that any mirrors could reach at its baseline and topology"
+    if winner.least_limit is not None:
+        sentence += f" (at the best baseline and focal length allowed, {percent(winner.least_limit)} %)"
     return f"The best is {_name(winner)}{text(sentence + '.' + _beyond_first_order(winner))}"
 
 
