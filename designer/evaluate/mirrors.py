@@ -19,6 +19,7 @@ from designer.optics.conversions import (
     FocalForm,
     SecondFocus,
     SemiAxesForm,
+    Shape,
     VertexForm,
     baker_nayar_from_focal,
     eccentricity_from_vertex,
@@ -34,12 +35,13 @@ _PROFILE_POINTS = 201
 class MirrorShape:
     """One mirror's face and blank. Forms that do not exist for its kind are None.
 
-    ``sag_mm`` is the height of the face from its inner to its outer rim, ``sag_from_vertex_mm`` the farthest it
-    gets from the plane through its vertex. ``sphere_departure_mm`` is measured peak to valley, along the normal of
-    the best-fit sphere. Slopes are angles between the face and the horizontal.
+    ``shape`` is as its light sees it. ``sag_mm`` is the height of the face from its inner to its outer rim,
+    ``sag_from_vertex_mm`` the farthest it gets from the plane through its vertex. ``sphere_departure_mm`` is measured
+    peak to valley, along the normal of the best-fit sphere. Slopes are angles between the face and the horizontal.
     """
 
     name: str
+    shape: Shape
     diameter_mm: float
     sag_mm: float
     sag_from_vertex_mm: float
@@ -62,8 +64,10 @@ def mirror_shape(design: Design, name: str) -> MirrorShape:
     sphere_radius, departure = _best_sphere(radii, heights, mirror)
     focal = _focal_form(design, mirror)
     vertex = _vertex_form(mirror)
+    has_eccentricity = vertex.kind != "plane" and vertex.conic_constant <= 0
     return MirrorShape(
         name=name,
+        shape=vertex.shape,
         diameter_mm=2.0 * mirror.outer_radius_mm,
         sag_mm=float(np.ptp(heights)),
         sag_from_vertex_mm=float(np.max(np.abs(heights))),
@@ -74,7 +78,7 @@ def mirror_shape(design: Design, name: str) -> MirrorShape:
         focal=focal,
         baker_nayar=baker_nayar_from_focal(focal) if focal else None,
         semi_axes=semi_axes_from_focal(focal) if focal else None,
-        eccentricity=None if mirror.kind == "plane" else eccentricity_from_vertex(vertex, _side(focal)),
+        eccentricity=eccentricity_from_vertex(vertex, _side(focal)) if has_eccentricity else None,
     )
 
 

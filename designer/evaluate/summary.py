@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
+from pydantic import BaseModel
 
 from designer.design import Design
 from designer.evaluate.depth import (
@@ -36,6 +37,8 @@ from designer.evaluate.resolution import (
 from designer.files import InputError
 from designer.optics.view import elevation_tangents_of_views, half_angle_tangent
 
+# Powers and products of numbers within these sizes stay finite.
+SMALLEST_NUMBER, LARGEST_NUMBER = 1e-15, 1e15
 # Standard deviation of a number rounded to the nearest whole one.
 ROUNDING_NOISE_PX = 1.0 / math.sqrt(12.0)
 
@@ -60,10 +63,15 @@ def evaluate_design(design: Design, zone_gap_px: float = 0.0) -> dict[str, Any]:
     Raises
     ------
     InputError
-        The design cannot be scored: no baseline, no gain, an inverted or empty volume, or a view whose rays would reach
-        the pinhole from behind.
+        The design cannot be scored: a number of absurd size, no baseline, no gain, an inverted or empty volume, a view
+        whose rays would reach the pinhole from behind, or a mirror cut beyond its equator.
     """
     check_scorable(design)
+    with np.errstate(all="ignore"):
+        return _summary(design, zone_gap_px)
+
+
+def _summary(design: Design, zone_gap_px: float) -> dict[str, Any]:
     pair, volume, noise_mm = stereo_pair_of(design), volume_of(design), noise_mm_of(design)
     score = float(depth_error_rms(pair, volume, noise_mm))
     worst = worst_depth_error(pair, volume, noise_mm)
@@ -89,6 +97,7 @@ def evaluate_design(design: Design, zone_gap_px: float = 0.0) -> dict[str, Any]:
 
 def check_scorable(design: Design) -> None:
     """Raise InputError, naming key and value, for a design whose numbers describe no stereo pair."""
+    _check_sizes(design)
     low, high = design.working_volume.elevation_deg
     near, far = design.working_volume.distance_mm
     if design.baseline_mm <= 0:
@@ -107,6 +116,18 @@ def check_scorable(design: Design) -> None:
         ends = [*from_volume, *(math.tan(math.radians(end)) for end in view.elevation_deg)]
         if any(abs(view.gain) * half_angle_tangent(end, view.sense) >= 1 for end in ends):
             raise InputError(f"views.{name}.gain = {view.gain:g}: its rays would reach the pinhole from behind")
+
+
+def _check_sizes(part: object, key: str = "") -> None:
+    """Refuse the first number of a record, the score and unknown keys aside, that no optics has."""
+    if isinstance(part, BaseModel):
+        for name in type(part).model_fields:
+            _check_sizes(getattr(part, name), f"{key}.{name}" if key else name)
+    elif isinstance(part, tuple):
+        for index, entry in enumerate(part):
+            _check_sizes(entry, f"{key}.{index}")
+    elif isinstance(part, float) and part and not SMALLEST_NUMBER <= abs(part) <= LARGEST_NUMBER:
+        raise InputError(f"{key} = {part:g}: must be zero or from {SMALLEST_NUMBER:g} to {LARGEST_NUMBER:g} in size")
 
 
 def limit_of_design(design: Design, zone_gap_px: float = 0.0) -> float | None:
@@ -170,7 +191,7 @@ def _mirror_row(shape: MirrorShape) -> dict[str, Any]:
     focal, nayar, axes, eccentricity = shape.focal, shape.baker_nayar, shape.semi_axes, shape.eccentricity
     return {
         "name": shape.name,
-        "shape": "flat" if eccentricity is None else eccentricity.sheet.shape,
+        "shape": shape.shape,
         "diameter_mm": shape.diameter_mm,
         "sag_mm": shape.sag_mm,
         "sag_from_vertex_mm": shape.sag_from_vertex_mm,

@@ -19,8 +19,11 @@ from designer.verify.coverage import (
     uncovered,
 )
 from designer.verify.fans import FanClearance, fan_clearance
+from designer.verify.record import needed_elevations, record_problems, topology_named_by
 from designer.verify.solids import Rims, contact_problems, find_rims
 from designer.verify.surfaces import Array, Scene, build_scene
+from designer.verify.traced_views import VIEWPOINT_TOLERANCE_MM as RECORD_TOLERANCE_MM
+from designer.verify.traced_views import trace_view
 from designer.verify.tracer import (
     Status,
     compare_with_path,
@@ -60,7 +63,9 @@ class Blockage:
 class ViewVerdict:
     """What tracing says of one view.
 
-    ``aperture_elevation_deg`` is what the mirrors' apertures let through to the whole image, blockage ignored (None:
+    ``viewpoint_mm`` is the recorded one, or where the exit rays cross the axis if that is elsewhere.
+    ``asked_elevation_deg`` is what is recorded for the view, and what else the working volume needs;
+    ``aperture_elevation_deg`` what the mirrors' apertures let through to the whole image, blockage ignored (None:
     nothing); ``seen_elevation_deg`` the ranges seen inside the image circle, each mirror of the path met first;
     ``gaps_deg`` the parts of the asked range that are not seen; ``zone_psi_deg`` the angles at the pinhole that the
     asked range takes, None if part of it is not in the image. Residuals are the largest over the rays that the
@@ -70,6 +75,7 @@ class ViewVerdict:
     """
 
     path: tuple[str, ...]
+    viewpoint_mm: float
     asked_elevation_deg: Interval
     aperture_elevation_deg: Interval | None
     seen_elevation_deg: tuple[Interval, ...]
@@ -127,10 +133,13 @@ def judge(design: Design, *, whole_image: bool = True) -> Verdict:
     with np.errstate(all="ignore"):
         scene = build_scene(design)
         rims = find_rims(design)
-        upper = _judge_view(design, scene, "upper", design.views.upper, rims, whole_image)
-        lower = _judge_view(design, scene, "lower", design.views.lower, rims, whole_image)
+        needed = needed_elevations(design) or {}
+        upper, lower = (
+            _judge_view(design, scene, name, _as_asked(view, needed.get(name)), rims, whole_image)
+            for name, view in (("upper", design.views.upper), ("lower", design.views.lower))
+        )
         problems = (
-            *_record_problems(design),
+            *record_problems(design),
             *upper.problems,
             *lower.problems,
             *_zone_problems(design, upper, lower),
@@ -141,25 +150,19 @@ def judge(design: Design, *, whole_image: bool = True) -> Verdict:
         passed=not problems,
         problems=problems,
         configuration=design.configuration,
-        baseline_mm=design.views.upper.viewpoint_mm - design.views.lower.viewpoint_mm,
+        baseline_mm=upper.viewpoint_mm - lower.viewpoint_mm,
         upper=upper,
         lower=lower,
         image=tuple(image),
     )
 
 
-def _record_problems(design: Design) -> list[str]:
-    problems = []
-    baseline = design.views.upper.viewpoint_mm - design.views.lower.viewpoint_mm
-    if not baseline > 0.0:
-        problems.append(f"the upper viewpoint is not above the lower one (baseline {baseline:.6g} mm)")
-    if not abs(design.baseline_mm - baseline) <= 1e-6:
-        problems.append(f"baseline_mm is {design.baseline_mm:.9g}, but the viewpoints lie {baseline:.9g} mm apart")
-    for name, view in (("upper", design.views.upper), ("lower", design.views.lower)):
-        low, high = view.elevation_deg
-        if not -90.0 < low < high < 90.0:
-            problems.append(f"{name} view: elevation_deg [{low:g}, {high:g}] is not a rising range within -90..90")
-    return problems
+def _as_asked(view: View, needed: Interval | None) -> View:
+    """The view, asked for all that the working volume needs if its record says less."""
+    low, high = view.elevation_deg
+    if needed is None or not -90.0 < low < high < 90.0 or max(low - needed[0], needed[1] - high) <= END_INSET_DEG:
+        return view
+    return view.model_copy(update={"elevation_deg": (min(low, needed[0]), max(high, needed[1]))})
 
 
 def _judge_view(design: Design, scene: Scene, name: str, view: View, rims: Rims, whole_image: bool) -> ViewVerdict:
@@ -206,14 +209,23 @@ def _judge_view(design: Design, scene: Scene, name: str, view: View, rims: Rims,
         if not gaps:
             problems += _azimuth_problems(scene, path, around_psi, azimuths)
             problems += [f"{_leg_name(view, leg)}: the {rim} stands between the rays" for leg, rim in fan.obstructions]
+    traced = trace_view(scene, path, widest)
     if not residuals[0] < VIEWPOINT_TOLERANCE_MM:
-        problems.append(f"exit rays miss the viewpoint by up to {residuals[0]:.3g} mm")
+        crossing = f"; they cross the axis at {traced.viewpoint_mm:.9g} mm" if traced else ""
+        problems.append(
+            f"exit rays miss the viewpoint ({view.viewpoint_mm:.9g} mm) by up to {residuals[0]:.3g} mm{crossing}"
+        )
     if not residuals[1] < GAIN_TOLERANCE:
-        problems.append(f"the traced gain is off by up to {residuals[1]:.3g} in tan(psi/2)")
+        found = f"; its mirrors make it {traced.gain:.9g}, {traced.sense}" if traced else ""
+        problems.append(
+            f"the traced gain is off its record ({view.gain:.9g}, {view.sense}) by up to {residuals[1]:.3g} in "
+            f"tan(psi/2){found}"
+        )
 
     zone = (float(np.degrees(ends.min())), float(np.degrees(ends.max()))) if is_reached else None
     return ViewVerdict(
         path=tuple(view.path),
+        viewpoint_mm=traced.viewpoint_mm if traced and residuals[0] > RECORD_TOLERANCE_MM else view.viewpoint_mm,
         asked_elevation_deg=(low, high),
         aperture_elevation_deg=hull([run.elevation_deg for run in runs]),
         seen_elevation_deg=tuple(seen),
@@ -305,6 +317,13 @@ def _zone_problems(design: Design, upper: ViewVerdict, lower: ViewVerdict) -> li
     ):
         if (view.zone == "outer") != (zone[1] > other[1]):
             problems.append(f"{name} view: its zone is called {view.zone}, but lies on the other side")
+    topology = topology_named_by(design)
+    traced = "upper_outer" if upper.zone_psi_deg[1] > lower.zone_psi_deg[1] else "upper_inner"
+    if topology is not None and topology != traced:
+        problems.append(
+            f"configuration {design.configuration} is {topology}, but the upper view takes "
+            f"{_span(upper.zone_psi_deg)} at the pinhole and the lower one {_span(lower.zone_psi_deg)}"
+        )
     return problems
 
 

@@ -224,7 +224,9 @@ def folded(
     }
     mirrors = [secondary, primary, conic_mirror("direct", 0.0, z_upper, q, "down", (radii[0], radii[1]))]
     camera = {"focal_length_mm": 4.0, "lens_radius_mm": 2.0, "lens_front_mm": 0.5, "body_radius_mm": 2.0}
-    return record(mirrors, upper, lower, configuration, camera=camera)
+    # From the middle of the baseline the direct mirror's view allows no more.
+    volume = ((-4.0, 4.0), (1000.0, 5000.0))
+    return record(mirrors, upper, lower, configuration, volume, camera=camera)
 
 
 def convex_ellipsoid_pair() -> Design:
