@@ -84,7 +84,9 @@ def _number(value: Any) -> float:
 
 def _camera(requirement: Requirement, lens: Lens, principal_distance: float) -> Camera:
     camera = requirement.camera
-    nominal = principal_distance / (1.0 + principal_distance / lens.focus_distance_mm)
+    # f u / (f + u) undoes f0 u / (u - f0) but for the last digit: what was asked for is written as it was asked for.
+    shortest, longest = lens.focal_lengths_mm
+    nominal = min(max(principal_distance / (1.0 + principal_distance / lens.focus_distance_mm), shortest), longest)
     return Camera.model_validate(
         {
             "focal_length_mm": principal_distance,

@@ -1,0 +1,34 @@
+"""The camera of a design record repeats what was asked for."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from shipped_problems import SHIPPED, shipped_requirement
+
+from designer.study.record import _camera
+
+REQUIREMENT = shipped_requirement(SHIPPED[0])
+
+
+@given(focal_length=st.floats(2, 50), beyond=st.floats(1.01, 1e4))
+def test_the_nominal_focal_length_is_the_one_that_was_asked_for(focal_length: float, beyond: float):
+    lens = REQUIREMENT.camera.lenses[0].model_copy(
+        update={"focal_length_mm": focal_length, "focus_distance_mm": focal_length * beyond}
+    )
+    camera = _camera(REQUIREMENT, lens, lens.principal_distances_mm[0])
+    assert camera.model_extra is not None
+    assert camera.model_extra["nominal_focal_length_mm"] == focal_length
+
+
+@given(share=st.floats(0, 1))
+def test_within_a_range_it_is_the_one_that_gives_the_principal_distance(share: float):
+    lens = REQUIREMENT.camera.lenses[0].model_copy(update={"focal_length_mm": (8.0, 16.0), "focus_distance_mm": 150.0})
+    low, high = lens.principal_distances_mm
+    principal_distance = min(low + share * (high - low), high)
+    camera = _camera(REQUIREMENT, lens, principal_distance)
+    assert camera.model_extra is not None
+    nominal = camera.model_extra["nominal_focal_length_mm"]
+    assert 8.0 <= nominal <= 16.0
+    assert nominal / (1.0 - nominal / 150.0) == pytest.approx(principal_distance, rel=1e-12)
