@@ -7,6 +7,7 @@ millimetres and angles in degrees, as the field names say. Keys that this versio
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -49,9 +50,9 @@ class Camera(Record):
 
     @property
     def image_radius_mm(self) -> float:
-        """Radius of the usable image circle on the sensor."""
+        """Radius of the usable image on the sensor; an image circle beyond the sensor's corners ends there."""
         radius_px = self.image_circle_radius_px or min(self.width_px, self.height_px) / 2
-        return radius_px * self.pixel_pitch_mm
+        return min(radius_px, math.hypot(self.width_px, self.height_px) / 2) * self.pixel_pitch_mm
 
     @property
     def principal_point_px(self) -> tuple[float, float]:

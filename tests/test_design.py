@@ -74,3 +74,10 @@ def test_what_is_written_is_read_again(tmp_path: Path):
     design = read_design(PROTOTYPE)
     write_design(design, tmp_path / "again.json")
     assert read_design(tmp_path / "again.json") == design
+
+
+@pytest.mark.parametrize(("circle_px", "radius_px"), [(None, 600), (580.0, 580), (1000.0, 1000), (1e300, 1000)])
+def test_the_usable_image_ends_with_the_sensor(circle_px, radius_px: float, tmp_path: Path):
+    path = tmp_path / "design.json"
+    path.write_text(json.dumps(with_value(("camera", "image_circle_radius_px"), circle_px)), encoding="utf-8")
+    assert read_design(path).camera.image_radius_mm == pytest.approx(radius_px * 0.0044)

@@ -7,6 +7,7 @@ import pytest
 from closed_forms import convex_ellipsoid_pair, direct_ellipsoid_pair, folded_hypl_hy, half_tangent, paraboloid_pair
 
 from designer.design import Design
+from designer.evaluate.depth import depth_error_rms_second_order, stereo_pair_of, volume_of, worst_depth_error
 from designer.verify.montecarlo import depth_error_by_distance, depth_error_monte_carlo, project
 
 DESIGNS = [folded_hypl_hy, convex_ellipsoid_pair, paraboloid_pair, direct_ellipsoid_pair]
@@ -47,6 +48,19 @@ def test_measured_depth_error_agrees_with_first_order(build):
     assert measured.rms_standard_error < 0.006 * measured.rms
     assert measured.rms == pytest.approx(first_order(design, 0.1), rel=0.02)
     assert abs(measured.relative_errors.mean()) < 0.1 * measured.rms
+
+
+@pytest.mark.parametrize("build", DESIGNS, ids=lambda f: f.__name__)
+def test_measured_depth_error_agrees_with_second_order_where_first_order_fails(build):
+    """Noise that makes the worst point uncertain by 0.14 of its distance."""
+    design = build()
+    pair, volume = stereo_pair_of(design), volume_of(design)
+    noise_px = 0.14 / worst_depth_error(pair, volume, design.camera.pixel_pitch_mm)
+    noise_mm = noise_px * design.camera.pixel_pitch_mm
+    measured = depth_error_monte_carlo(design, samples=200_000, seed=5, noise_px=noise_px)
+    assert measured.lost == 0
+    assert measured.rms == pytest.approx(depth_error_rms_second_order(pair, volume, noise_mm), rel=0.02)
+    assert measured.rms > 1.02 * first_order(design, noise_px)
 
 
 def test_measured_depth_error_at_given_distances():
