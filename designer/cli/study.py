@@ -183,7 +183,7 @@ def _result(folder: Path, pdf: Path | None) -> str:
     parts = [format_table(header, lines, right=(header[0], *header[2:]))] if lines else []
     if beyond:
         parts.append("* first order, too little at the worst point; see depth_error_*_second_order in designs.csv")
-    parts.append(f"{len(rows)} configurations: {counts}")
+    parts.append(f"{len(rows)} configuration{'s' * (len(rows) != 1)}: {counts}")
     parts.append(f"{pdf}" if pdf else f"{folder / 'designs.csv'}")
     return "\n".join(parts)
 

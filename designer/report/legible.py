@@ -26,9 +26,11 @@ def legible_source(study: StudyFolder, illustrations: Illustrations) -> tuple[st
     if missing & set(study.title):
         shown = replace(study, requirement={**study.requirement, "title": study.name})
     named = f" of {' and '.join(filter(None, (', '.join(keys[:-1]), keys[-1])))}" if keys else ""
+    instead = ["the study's name stands in place of the title"] if shown is not study else []
+    if keys != ["title"]:
+        instead.append(f"{ELLIPSIS} stands for such words")
     note = (
-        f"The fonts of the report lack characters{named}: the study's name stands in place of such a title, {ELLIPSIS} "
-        "in place of other words; requirement.toml has them as they were written."
+        f"The fonts of the report lack characters{named}: {', '.join(instead)}; requirement.toml has them as written."
     )
     return without_characters(source(shown, illustrations, note), missing), note
 

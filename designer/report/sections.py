@@ -52,12 +52,13 @@ def source(study: StudyFolder, illustrations: Illustrations, note: str = "") -> 
         paper(study),
         winner(study, illustrations) if study.feasible else nothing_feasible(study),
         ranking_section(study),
-        trade(study, illustrations) if study.feasible else "",
+        trade(illustrations),
         best_heading() if study.feasible else "",
-        *(design_page(row, design, illustrations) for row, design in study.best()),
+        "\n#pagebreak(weak: true)\n".join(design_page(row, design, illustrations) for row, design in study.best()),
         checks(study),
-        "#pagebreak(weak: true)\n",
+        "#pagebreak(weak: true)\n" if study.feasible else "",
         '#include "method.typ"\n',
+        reading() if study.feasible else "",
         provenance(study),
     ]
     return "\n".join(parts)
@@ -163,40 +164,54 @@ def ranking_section(study: StudyFolder) -> str:
             f" A star marks errors that exceed {FIRST_ORDER_WORDS} somewhere in the volume, where first order says too "
             "little: @depth-error tells how much."
         )
-    return f"#pagebreak(weak: true)\n= Ranking of all configurations <ranking>\n{note}\n\n{ranking(study.rows)}"
+    opening = "#pagebreak(weak: true)\n" if study.feasible else ""
+    return f"{opening}= Ranking of all configurations <ranking>\n{note}\n\n{ranking(study.rows)}"
 
 
-def trade(study: StudyFolder, illustrations: Illustrations) -> str:
-    """Depth error against height and diameter: all feasible designs, and the fronts of the best."""
-    lines = ["#pagebreak(weak: true)", "= Trade-offs <trade>"]
-    for swept, word in (("height_mm", "height"), ("diameter_mm", "diameter")):
-        name = f"trade-{swept.removesuffix('_mm')}.svg"
-        key = "; ".join(f"{letter}: {ranks}" for letter, ranks in illustrations.keys.get(name, {}).items())
-        caption = f"Depth error against {word}, each feasible design by its rank (@ranking)."
-        caption += text(f" Near-ties: {key}.") if key else ""
-        lines.append(f"#figure(image({literal('figures/' + name)}), caption: [{caption}])")
-    fronts = [name for name in ("fronts-height.svg", "fronts-diameter.svg") if name in illustrations.files]
-    if fronts:
-        images = ", ".join(f"image({literal('figures/' + name)})" for name in fronts)
-        caption = (
-            "The least depth error of the best designs as the height (above) and the diameter (below) allowed shrink, "
-            "everything else as required. A bar at the end of a line: nothing smaller was found feasible. "
-            "Errors above twice the least lie off the plots."
-        )
-        lines.append(f"#figure(stack(spacing: 3mm, {images}), caption: [{caption}])")
-    return "\n".join(lines)
+def trade(illustrations: Illustrations) -> str:
+    """Depth error against height and diameter: all feasible designs, and the fronts of the best; no more than drawn."""
+    lines = []
+    for word in ("height", "diameter"):
+        name = f"trade-{word}.svg"
+        if name in illustrations.files:
+            key = "; ".join(f"{letter}: {ranks}" for letter, ranks in illustrations.keys.get(name, {}).items())
+            caption = f"Depth error against {word}, each feasible design by its rank (@ranking)."
+            caption += text(f" Near-ties: {key}.") if key else ""
+            lines.append(_figure(name, caption))
+    reading = (
+        "everything else as required. A bar at the end of a line: nothing smaller was found feasible. Errors above "
+        "twice the least lie off the plot."
+    )
+    for word in ("height", "diameter"):
+        name = f"fronts-{word}.svg"
+        if name in illustrations.files:
+            lines.append(
+                _figure(name, f"The least depth error of the best designs as the {word} allowed shrinks, {reading}")
+            )
+            reading = "everything else as required."
+    return "\n".join(["= Trade-offs <trade>", *lines]) if lines else ""
+
+
+def _figure(name: str, caption: str) -> str:
+    return f"#figure(image({literal('figures/' + name)}), caption: [{caption}])"
 
 
 def best_heading() -> str:
-    """Opens the section of the best designs, whose pages follow."""
+    """Opens the section of the best designs, on the page of the first; how to read them is told where there is room."""
+    told = '#text(size: 8.5pt, weight: "regular")[how to read these pages: @reading]'
+    return f"#pagebreak(weak: true)\n= The best designs #h(1fr) {told} <best>\n"
+
+
+def reading() -> str:
+    """How to read the pages of the best designs."""
     return (
-        "#v(4mm)\n#block(breakable: false)[\n= The best designs <best>\n"
-        "Each page shows one design; drawings are read as in @winner. _Depth resolution_ shows where pairs of pixels "
-        "of one epipolar plane put a point, in the manner of the paper's figure 6, on an image circle of "
-        f"{IMAGE_CIRCLE_PX} pixels across; the grey outline is the working volume, the triangles are the viewpoints. "
-        "_Depth error_: lines are first order at the lowest, middle and highest elevation and their rms, circles the "
-        f"rms of noisy projections through the ray tracer; a dotted line at {FIRST_ORDER_WORDS} marks where first "
-        "order ends, and is left out where the errors stay far below it.\n]\n"
+        "== The pages of the best designs <reading>\n"
+        "Drawings are read as in @winner. _Depth resolution_ shows where pairs of pixels of one epipolar plane put a "
+        f"point, in the manner of the paper's figure 6, on an image circle of {IMAGE_CIRCLE_PX} pixels across; the "
+        "grey outline is the working volume, the triangles are the viewpoints. _Depth error_: lines are first order at "
+        "the lowest, middle and highest elevation and their rms, circles the rms of noisy projections through the ray "
+        f"tracer; a dotted line at {FIRST_ORDER_WORDS} marks where first order ends, and is left out where the errors "
+        "stay far below it.\n"
     )
 
 
@@ -224,7 +239,6 @@ def design_page(row: Row, design: Design, illustrations: Illustrations) -> str:
     ]
     grid = ",\n  ".join(f"panel([{title}], image({literal('figures/' + name)}))" for title, name in panels)
     lines = [
-        "#pagebreak(weak: true)",
         f"== Rank {row.rank}: #name-of({literal(configuration)})",
         "#grid(columns: (97mm, 1fr), column-gutter: 4mm,",
         f"  [#image({literal('figures/' + section)})#align(center)[#text(size: 8pt, {scale})]],",
@@ -342,14 +356,21 @@ def provenance(study: StudyFolder) -> str:
 
 
 def _flattened(content: dict[str, Any], prefix: str = "") -> Iterable[tuple[str, str]]:
+    """Rows of name and value; a table within a table is one row."""
     for key, value in content.items():
         name = f"{prefix}{key}".replace("_", " ")
-        if isinstance(value, dict):
+        if isinstance(value, dict) and not prefix and any(isinstance(entry, dict) for entry in value.values()):
             yield from _flattened(value, f"{name}: ")
-        elif isinstance(value, list):
-            yield name, ", ".join(plain_number(entry) for entry in value)
         else:
-            yield name, number(value, 1) if key.endswith("seconds") else plain_number(value)
+            yield name, number(value, 1) if key.endswith("seconds") else _in_one_line(value)
+
+
+def _in_one_line(value: object) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{key.replace('_', ' ')} {_in_one_line(entry)}" for key, entry in value.items())
+    if isinstance(value, list):
+        return ", ".join(plain_number(entry) for entry in value)
+    return plain_number(value)
 
 
 def _layout_name(design: Design, *, large: bool = False) -> str:

@@ -324,7 +324,7 @@ PROVENANCE = {
     "started": "2026-01-02T03:04:05+00:00",
     "elapsed_seconds": 9.4,
     "machine": {"processor": "x86_64", "cores": 2},
-    "solver": {"name": "ipopt", "tol": 1e-6},
+    "solver": {"name": "sqpmethod", "tol_pr": 1e-9},
 }
 
 

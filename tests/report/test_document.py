@@ -8,7 +8,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from sample_study import prototype, write_sample_study
+from sample_study import prototype, two_direct_mirrors, write_sample_study
 
 from designer.configurations import enumerate_configurations
 from designer.files import InputError
@@ -214,3 +214,18 @@ def test_a_broken_folder_is_one_line(tmp_path: Path, name: str, content: str, to
     assert told in str(caught.value)
     assert "\n" not in str(caught.value)
     assert not (path / "study.pdf").exists()
+
+
+@pytest.mark.parametrize(("count", "pages"), [(0, 3), (1, 6), (3, 9)])
+def test_a_study_of_few_configurations_has_no_nearly_empty_page(count: int, pages: int, tmp_path: Path) -> None:
+    """Verdict and requirement; the winner; ranking and trade-offs; a page for each design; two of method."""
+    designs = (prototype(), two_direct_mirrors(), prototype(topology="upper_inner"))[:count]
+    path = write_sample_study(tmp_path / "few", designs=designs)
+    with (path / "designs.csv").open(encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    shown = [row for row in rows if row["status"] == "feasible"] or [row for row in rows if row["closest_constraint"]]
+    with (path / "designs.csv").open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.DictWriter(stream, fieldnames=list(rows[0]))
+        writer.writeheader()
+        writer.writerows(shown)
+    assert len(re.findall(rb"/Type */Page\b", write_pdf(path).read_bytes())) == pages

@@ -68,6 +68,8 @@ def _counts(study: StudyFolder) -> str:
         f"{failed} failed" if failed else "",
     ]
     told = "; ".join(other for other in others if other)
+    if len(study.rows) == 1:
+        return text("The one configuration studied is feasible, proven by ray tracing.")
     return text(
         f"Of the {len(study.rows)} configurations {feasible} {_are(feasible)} feasible, proven by ray tracing"
         + (f"; {told}." if told else ".")
@@ -172,7 +174,8 @@ def _runners_up(study: StudyFolder) -> str:
 def _nothing_feasible(study: StudyFolder) -> str:
     infeasible, impossible = study.with_status("infeasible"), study.with_status("impossible")
     failed = study.with_status("failed")
-    sentence = f"None of the {len(study.rows)} configurations was found feasible under this requirement. "
+    none = f"None of the {len(study.rows)} configurations" if len(study.rows) > 1 else "The one configuration studied"
+    sentence = f"{none} was {'not ' * (len(study.rows) == 1)}found feasible under this requirement. "
     sentence += f"{len(impossible)} {_are(len(impossible))} impossible by rule and for {len(infeasible)} the search "
     sentence += "found no feasible design" + (f"; {len(failed)} failed. " if failed else ". ")
     obstacles = Counter(row.text("closest_constraint") for row in infeasible if row.text("closest_constraint"))
