@@ -17,7 +17,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from designer.requirement import Requirement, read_requirement, set_key
 
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from designer.design import Design
+    from designer.imaging.check import Check
+    from designer.imaging.reconstruction import PointCloud
     from designer.study.compare import Comparison
     from designer.verify.verdict import Verdict
 
@@ -82,6 +84,35 @@ class SweepResult:
         from designer.study.sweep.export import pareto
 
         return pareto(self.table[self.table["status"] == "feasible"], columns)
+
+    def explore(self, most: int = 40) -> Any:
+        """The front as an interactive figure (plotly): hover says what a design is, a slider shows its cross-section.
+
+        Of a longer front ``most`` designs are shown, spread over it by depth error.
+
+        Raises
+        ------
+        InputError
+            Plotly is not installed, or nothing is feasible.
+        """
+        import numpy as np
+
+        from designer.files import InputError
+
+        try:
+            from designer.report.sweep_explorer import draw_explorer
+        except ModuleNotFoundError as error:
+            if error.name is None or error.name.partition(".")[0] != "plotly":
+                raise
+            raise InputError(
+                "the interactive front needs plotly; install it with: pip install 'catadioptric-designer[notebooks]'"
+            ) from None
+        front = self.front()
+        if front.empty:
+            raise InputError(f"{self.folder}: nothing is feasible in this sweep, so there is no front")
+        shown = front.iloc[np.linspace(0, len(front) - 1, min(most, len(front))).round().astype(int)]
+        pairs = zip(shown["point"], shown["configuration"], strict=True)
+        return draw_explorer(shown, [self.design(int(point), str(name)) for point, name in pairs])
 
     def _repr_html_(self) -> str:
         title = f"{self.table['point'].nunique()} requirements, {len(self.winners)} with a feasible design"
@@ -151,6 +182,28 @@ def trace(design: Design) -> Verdict:
     from designer.verify.verdict import judge
 
     return judge(design)
+
+
+def check(design: Design, scene: str = "auto", seed: int = 0) -> Check:
+    """A design tried end to end: a scene rendered, turned into panoramas, matched, and held against the truth.
+
+    Parameters
+    ----------
+    scene
+        office, pipe, hall, sky or cylinder, auto (by the working volume), or the path of a mesh.
+    seed
+        Of textures and noise.
+    """
+    from designer.imaging.check import check_design
+
+    return check_design(design, scene, seed=seed)
+
+
+def point_cloud(found: Check) -> PointCloud:
+    """The points that a check reconstructed, in the frame of the pinhole, each with its standard deviations."""
+    from designer.imaging.sensor import point_cloud as cloud_of
+
+    return cloud_of(found.sensor, found.raw, found.matches)
 
 
 def compare(first: str | Path, second: str | Path) -> Comparison:

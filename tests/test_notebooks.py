@@ -1,6 +1,8 @@
 """The notebooks run from top to bottom, and are kept without outputs."""
 
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import nbformat
 import pytest
@@ -8,10 +10,24 @@ from nbclient import NotebookClient
 
 FOLDER = Path(__file__).parents[1] / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
+PLOTLY = "application/vnd.plotly.v1+json"
+
+
+@cache
+def shown_by(path: Path) -> list[dict[str, Any]]:
+    """What the cells of a notebook display when it is run from top to bottom, by MIME type."""
+    notebook = nbformat.read(path, as_version=4)
+    NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(FOLDER)}}).execute()
+    return [output["data"] for cell in notebook.cells for output in cell.get("outputs", []) if "data" in output]
 
 
 def test_there_are_notebooks() -> None:
-    assert NOTEBOOKS
+    assert {path.stem for path in NOTEBOOKS} >= {
+        "first_study",
+        "the_44_configurations",
+        "sweep_and_front",
+        "end_to_end_check",
+    }
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
@@ -22,8 +38,17 @@ def test_outputs_are_stripped(path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_every_cell_runs(path: Path) -> None:
-    notebook = nbformat.read(path, as_version=4)
-    NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(FOLDER)}}).execute()
-    pictures = [output for cell in notebook.cells for output in cell.get("outputs", []) if "data" in output]
-    assert pictures
+def test_every_cell_runs_and_figures_are_pictures(path: Path) -> None:
+    shown = shown_by(path)
+    assert any(kind.startswith("image/") for data in shown for kind in data)
+    # A figure that the kernel cannot draw is shown as the words <Figure size ...> alone.
+    assert not [data for data in shown if set(data) == {"text/plain"} and data["text/plain"].startswith("<Figure")]
+
+
+@pytest.mark.slow
+def test_the_front_is_interactive() -> None:
+    pytest.importorskip("plotly")
+    (figure,) = [data[PLOTLY] for data in shown_by(FOLDER / "sweep_and_front.ipynb") if PLOTLY in data]
+    designs = figure["data"][0]["text"]
+    assert len(figure["layout"]["sliders"][0]["steps"]) == len(designs) > 1
+    assert all("folded-PaPa-Hy" in text for text in designs)
