@@ -114,16 +114,17 @@ def _draw_checks(study: StudyFolder, illustrations: Illustrations) -> None:
 
 def _draw_trades(study: StudyFolder, illustrations: Illustrations) -> None:
     envelope = study.requirement.get("envelope", {})
-    # With few designs the ranking is short, and both plots then fit below it.
-    height_mm = 82.0 if len(study.feasible) <= 6 else 92.0
+    # Below a short ranking both trade plots fit, and the fronts have a page; else one does, and the fronts follow the
+    # other on the next page.
+    trade_mm, front_mm = 82.0, 84.0 if len(study.feasible) <= 6 else 68.0
     ranks = {row.configuration: row.rank or 0 for row in study.feasible}
     for swept in ("height_mm", "diameter_mm"):
         word = swept.removesuffix("_mm")
         limit = envelope.get(swept)
         if len(study.feasible) > 1:
-            plot = draw_trade(study.feasible, swept, limit, 165.0, height_mm)
+            plot = draw_trade(study.feasible, swept, limit, 165.0, trade_mm)
             illustrations.files[f"trade-{word}.svg"] = svg_bytes(plot.figure)
             illustrations.keys[f"trade-{word}.svg"] = plot.key
         if any(point.swept == swept and point.depth_error_rms is not None for point in study.fronts):
-            fronts = draw_fronts(study.fronts, ranks, swept, limit, 165.0, 84.0)
+            fronts = draw_fronts(study.fronts, ranks, swept, limit, 165.0, front_mm)
             illustrations.files[f"fronts-{word}.svg"] = svg_bytes(fronts)
