@@ -61,60 +61,32 @@ class Attempt:
         return self.violation <= TOLERANCE
 
 
-class _Recorder:
-    """A program that notes what its solver is given."""
-
-    def __init__(self, program: Program, note: Callable[[dict[str, Array]], None]) -> None:
-        self._program, self._note = program, note
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._program, name)
-
-    @property
-    def solver(self) -> Any:
-        solver, note = self._program.solver, self._note
-
-        class Solver:
-            def __call__(self, **arguments: Array) -> Any:
-                note(arguments)
-                return solver(**arguments)
-
-            def stats(self) -> Any:
-                return solver.stats()
-
-        return Solver()
-
-
 @contextmanager
 def recording() -> Iterator[list[Instance]]:
     """Record every program that searches solve meanwhile."""
     instances: list[Instance] = []
-    run, build = programs._run, programs.build_program
+    run, solve_program = programs._run, programs._solve_program
 
     def recorded_run(problem: Problem, menu: Menu, separators: Separators, *rest: Any) -> Any:
-        def recorded_build(*arguments: Any) -> Any:
-            program = build(*arguments)
-            return _Recorder(
-                program, lambda given: instances.append(Instance(program, given, problem, menu, separators))
-            )
+        def recorded_solve(program: Program, arguments: dict[str, Array]) -> Any:
+            instances.append(Instance(program, arguments, problem, menu, separators))
+            return solve_program(program, arguments)
 
-        programs.build_program = recorded_build
-        try:
-            return run(problem, menu, separators, *rest)
-        finally:
-            programs.build_program = build
+        programs._solve_program = recorded_solve
+        return run(problem, menu, separators, *rest)
 
     programs._run = recorded_run
     try:
         yield instances
     finally:
-        programs._run = run
+        programs._run, programs._solve_program = run, solve_program
 
 
 def ours(instance: Instance) -> Attempt:
-    """The search's own solver."""
+    """The search's own solvers; like those of the opponents, they are built before the clock starts."""
+    _ = instance.program.solver, instance.program.second_solver
     started = time.process_time()
-    result = instance.program.solver(**instance.arguments)
+    result, _ = programs._solve_program(instance.program, instance.arguments)
     seconds = time.process_time() - started
     return _attempt(instance, np.asarray(result["x"]).ravel(), seconds)
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from designer.optics.layout import Layout
 from designer.optimise.program import GOALS, Goal, Menu, Outcome, Separators, reduce_violation, solve
 from designer.optimise.screening import Check, Problem, assemble_enclosed, check, physical_values, scaled_values
 from designer.optimise.separators import rechoose
@@ -49,6 +50,12 @@ class Candidate:
     separators: Separators
     violation: float
     report: Check
+
+    @property
+    def layout(self) -> Layout:
+        """The design put together: arrays of one."""
+        values = {name: np.array([value]) for name, value in self.values.items()}
+        return assemble_enclosed(self.problem, values)[1].layout
 
     @property
     def is_feasible(self) -> bool:
@@ -94,21 +101,33 @@ class Task:
 
 def examine(task: Task, scaled: Array, separators: Separators) -> Candidate:
     """Check a point of the unit box in NumPy; what encloses the mirrors is taken from the mirrors themselves."""
-    problem = task.problem
+    return examine_all(task, scaled[:, None], [separators])[0]
+
+
+def examine_all(task: Task, scaled: Array, separators: Sequence[Separators]) -> list[Candidate]:
+    """Check points of the unit box at once, shape (variables, points), each with its separators."""
+    problem, shape = task.problem, scaled.shape[1:]
     with np.errstate(all="ignore"):
-        values, assembly = assemble_enclosed(problem, physical_values(problem, scaled[:, None]))
+        values, assembly = assemble_enclosed(problem, physical_values(problem, scaled))
         report = check(problem, assembly)
-    return Candidate(
-        problem,
-        task.lens,
-        task.scales,
-        scaled_values(problem, values)[:, 0],
-        {name: float(np.ravel(value)[0]) for name, value in values.items()},
-        {name: float(np.ravel(getattr(assembly, name))[0]) for name in GOALS},
-        separators,
-        float(report.largest_violations[0]),
-        report,
-    )
+    enclosed = scaled_values(problem, values)
+    by_name = {name: np.broadcast_to(value, shape) for name, value in values.items()}
+    goals = {name: np.broadcast_to(getattr(assembly, name), shape) for name in GOALS}
+    violations = report.largest_violations
+    return [
+        Candidate(
+            problem,
+            task.lens,
+            task.scales,
+            enclosed[:, index],
+            {name: float(value[index]) for name, value in by_name.items()},
+            {name: float(value[index]) for name, value in goals.items()},
+            choice,
+            float(violations[index]),
+            report.of_design(index),
+        )
+        for index, choice in enumerate(separators)
+    ]
 
 
 def make_feasible(task: Task, starts: Sequence[Candidate]) -> list[Candidate]:
@@ -120,14 +139,18 @@ def make_feasible(task: Task, starts: Sequence[Candidate]) -> list[Candidate]:
         return best
     for _ in range(ROUNDS):
         menu = task.offer(choices[index] for index in active)
-        again = []
-        for index in active:
-            start, choice = best[index], choices[index]
-            outcome = task.note(
-                reduce_violation(task.problem, menu, choice, start.scaled, task.scales, start.violation)
+        outcomes = [
+            task.note(
+                reduce_violation(
+                    task.problem, menu, choices[index], best[index].scaled, task.scales, best[index].violation
+                )
             )
-            reached = examine(task, outcome.scaled, choice)
-            if not reached.violation < start.violation:
+            for index in active
+        ]
+        again = []
+        for index, reached in zip(active, _examine_outcomes(task, outcomes, [choices[i] for i in active]), strict=True):
+            choice = choices[index]
+            if not reached.violation < best[index].violation:
                 continue
             best[index] = reached
             chosen = _rechosen(task, choice, reached)
@@ -147,11 +170,13 @@ def improve(task: Task, starts: Sequence[Candidate], goal: Goal) -> list[Candida
     active = list(range(len(starts)))
     for _ in range(ROUNDS):
         menu = task.offer(choices[index] for index in active)
+        outcomes = [
+            task.note(solve(task.problem, menu, choices[index], best[index].scaled, goal, task.scales))
+            for index in active
+        ]
         again = []
-        for index in active:
+        for index, reached in zip(active, _examine_outcomes(task, outcomes, [choices[i] for i in active]), strict=True):
             choice = choices[index]
-            outcome = task.note(solve(task.problem, menu, choice, best[index].scaled, goal, task.scales))
-            reached = examine(task, outcome.scaled, choice)
             better = reached.goals[goal.minimise] < best[index].goals[goal.minimise] * (1.0 - SAME_OBJECTIVE)
             if reached.is_feasible and reached.keeps(goal) and better:
                 best[index] = reached
@@ -204,6 +229,10 @@ def distinct_designs(designs: Sequence[Candidate], goal: str) -> list[Candidate]
 def task_of(candidate: Candidate) -> Task:
     """A task that goes on from a candidate."""
     return Task(candidate.problem, candidate.lens, candidate.scales, Counter())
+
+
+def _examine_outcomes(task: Task, outcomes: Sequence[Outcome], separators: Sequence[Separators]) -> list[Candidate]:
+    return examine_all(task, np.stack([outcome.scaled for outcome in outcomes], axis=1), separators)
 
 
 def _rechosen(task: Task, separators: Separators, candidate: Candidate) -> Separators:

@@ -9,9 +9,9 @@ program holds every direction of a ``Menu``, so that runs with different choices
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import casadi
@@ -36,11 +36,30 @@ from designer.optimise.variants import Variant
 
 FAR = -1
 SOLVED = "solved"
+STALLED = "stalled"
 GOALS = ("depth_error", "height", "diameter", "volume")
-SOLVER_OPTIONS: dict[str, dict[str, Any]] = {
+SOLVERS: dict[str, dict[str, Any]] = {
+    "sqpmethod": {
+        "hessian_approximation": "limited-memory",
+        "lbfgs_memory": 20,
+        "max_iter": 100,
+        "tol_pr": 1e-9,
+        "tol_du": 1e-6,
+        "qpsol": "daqp",
+        # Its own tolerance leaves rows violated by a millionth; without proximal steps it gives up where more
+        # constraints meet than there are variables.
+        "qpsol_options": {"error_on_fail": False, "daqp": {"primal_tol": 1e-10, "eps_prox": 1e-3}},
+        "error_on_fail": False,
+        "print_header": False,
+        "print_iteration": False,
+        "print_status": False,
+        "print_time": False,
+        "show_eval_warnings": False,
+    },
     "ipopt": {
         "print_time": False,
         "error_on_fail": False,
+        "show_eval_warnings": False,
         "ipopt": {
             "print_level": 0,
             "sb": "yes",
@@ -56,8 +75,14 @@ SOLVER_OPTIONS: dict[str, dict[str, Any]] = {
 }
 """Options by solver, as the provenance of a study records them.
 
-fatrop takes half the time, but on some programs (an envelope of 100 m, say) it never comes back.
+Sequential quadratic programming with an updated Hessian first: a program has about seven variables and eighty cheap
+constraints, where an interior-point method with exact second derivatives takes ten times as long. That one comes
+second, for the few runs in which the first goes astray.
 """
+_STALL = "Search_Direction_Becomes_Too_Small"
+_ENDS = {"Solve_Succeeded": SOLVED, _STALL: STALLED}
+# A stalled run stands at an optimum whose multipliers are not unique, unless a row still fails by more than this.
+STALLED_WITHIN = 1e-7
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,18 +175,31 @@ class Outcome:
     slopes: NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Program:
-    """A solver and the layout of its constraint vector."""
+    """A nonlinear program in CasADi's terms, and the layout of its constraint vector."""
 
-    solver: Any
+    expressions: dict[str, Any]
     equalities: NDArray[np.bool_]
     rows: int
+
+    @cached_property
+    def solver(self) -> Any:
+        """The solver that every run is given to."""
+        return casadi.nlpsol("program", "sqpmethod", self.expressions, SOLVERS["sqpmethod"])
+
+    @cached_property
+    def second_solver(self) -> Any:
+        """The solver for runs in which the first goes astray."""
+        return casadi.nlpsol("program", "ipopt", self.expressions, SOLVERS["ipopt"])
 
 
 @dataclass(frozen=True, slots=True)
 class _Symbols:
-    """A variant put together from symbols, whatever the menu."""
+    """A variant put together from symbols, whatever the menu.
+
+    What a pair has to spare along a direction is built when a menu first asks for it, and kept by direction and row.
+    """
 
     scaled: Any
     rules: Rules
@@ -172,6 +210,8 @@ class _Symbols:
     pairs: Pairs
     legs: LegRows
     solids: SolidRows
+    known_light: dict[tuple[int, int], Any]
+    known_bodies: dict[tuple[int, int], Any]
 
 
 @lru_cache(maxsize=128)
@@ -191,7 +231,7 @@ def _build_symbols(variant: Variant, fixed: tuple[tuple[str, float], ...], free:
     parameters = casadi.vertcat(numbers, low, high, weights, scales)
     pairs = pair_up(assembly.layout)
     legs, solids = leg_rows(assembly.layout.legs), solid_rows(assembly.layout.solids)
-    return _Symbols(scaled, rules, parameters, weights, scales, assembly, pairs, legs, solids)
+    return _Symbols(scaled, rules, parameters, weights, scales, assembly, pairs, legs, solids, {}, {})
 
 
 @lru_cache(maxsize=512)
@@ -216,9 +256,8 @@ def build_program(variant: Variant, fixed: tuple[tuple[str, float], ...], free: 
         "f": shared[0],
         "g": shared[1:],
     }
-    solver = casadi.nlpsol("program", "ipopt", problem, SOLVER_OPTIONS["ipopt"])
     equalities = np.concatenate([equal, np.zeros(clear.shape[0], dtype=bool)])
-    return Program(solver, equalities, constraints.shape[0])
+    return Program(problem, equalities, constraints.shape[0])
 
 
 def forget_programs() -> None:
@@ -233,29 +272,38 @@ def _clearance_rows(symbols: _Symbols, menu: Menu, chosen: Any) -> Any:
     clearance = symbols.rules.clearance
     of_legs, of_solids = menu.groups
     count = sum(len(rows) for _, rows in of_legs)
-    light = _chosen_rows(pairs.leg_solid, of_legs, legs, solids, leg_separation, chosen[:count], clearance)
-    bodies = _chosen_rows(pairs.solid_solid, of_solids, solids, solids, solid_separation, chosen[count:], clearance)
+
+    def light_along(rows: Sequence[int], direction: int) -> Any:
+        chosen_legs, chosen_solids = zip(*(pairs.leg_solid[row] for row in rows), strict=True)
+        return leg_separation(legs.take(chosen_legs), solids.take(chosen_solids), direction) - clearance
+
+    def bodies_along(rows: Sequence[int], direction: int) -> Any:
+        first, second = zip(*(pairs.solid_solid[row] for row in rows), strict=True)
+        return solid_separation(solids.take(first), solids.take(second), direction) - clearance
+
+    light = _chosen_rows(len(pairs.leg_solid), of_legs, light_along, symbols.known_light, chosen[:count])
+    bodies = _chosen_rows(len(pairs.solid_solid), of_solids, bodies_along, symbols.known_bodies, chosen[count:])
     near = [bool(directions) for directions in (*menu.legs, *menu.solids)]
     return casadi.vertcat(light, bodies)[np.flatnonzero(near).tolist()]
 
 
 def _chosen_rows(
-    pairs: Sequence[tuple[int, int]],
+    count: int,
     groups: tuple[tuple[int, tuple[int, ...]], ...],
-    first: Any,
-    second: Any,
-    separation: Any,
+    spare_along: Callable[[Sequence[int], int], Any],
+    known: dict[tuple[int, int], Any],
     chosen: Any,
-    clearance: Any,
 ) -> Any:
-    """One row for each pair, built direction by direction as vectors."""
-    spare, begin = casadi.SX.ones(len(pairs), 1), 0
+    """One row for each pair; those along a direction that are not known yet are built at once, as a vector."""
+    spare, begin = casadi.SX.ones(count, 1), 0
     for direction, rows in groups:
         weights = chosen[begin : begin + len(rows)]
         begin += len(rows)
-        one = first.take([pairs[row][0] for row in rows])
-        other = second.take([pairs[row][1] for row in rows])
-        along = separation(one, other, direction) - clearance
+        unknown = [row for row in rows if (direction, row) not in known]
+        if unknown:
+            built = spare_along(unknown, direction)
+            known.update({(direction, row): built[place] for place, row in enumerate(unknown)})
+        along = casadi.vertcat(*(known[direction, row] for row in rows))
         # A plain product would turn a direction that is undefined here and not chosen into a NaN.
         spare[list(rows)] += casadi.if_else(weights, along, 0.0) - weights
     return spare
@@ -319,15 +367,15 @@ def _run(
         index = GOALS.index(name)
         upper[program.rows - len(GOALS) + index] = bound / scales[index]
     x0 = np.append(np.clip(start[free], 0.0, 1.0), violation or 0.0)
-    result = program.solver(
-        x0=x0,
-        p=parameters,
-        lbx=np.zeros(len(x0)),
-        ubx=np.append(np.ones(len(names)), 1e4 if elastic else 0.0),
-        lbg=lower,
-        ubg=upper,
-    )
-    stats = program.solver.stats()
+    arguments = {
+        "x0": x0,
+        "p": parameters,
+        "lbx": np.zeros(len(x0)),
+        "ubx": np.append(np.ones(len(names)), 1e4 if elastic else 0.0),
+        "lbg": lower,
+        "ubg": upper,
+    }
+    result, stats = _solve_program(program, arguments)
     point = np.asarray(result["x"]).ravel()
     scaled = np.zeros(len(VARIABLES))
     scaled[free] = point[:-1]
@@ -336,10 +384,21 @@ def _run(
         float(point[-1]),
         float(result["f"]),
         bool(stats["success"]),
-        SOLVED if stats["success"] else str(stats["return_status"]),
+        _ENDS.get(str(stats["return_status"]), str(stats["return_status"])),
         int(stats["iter_count"]),
         -np.asarray(result["lam_p"]).ravel(),
     )
+
+
+def _solve_program(program: Program, arguments: dict[str, NDArray[np.float64]]) -> tuple[Any, dict[str, Any]]:
+    """What the first solver returns, or the second where the first goes astray; and that solver's statistics."""
+    result = program.solver(**arguments)
+    stats = program.solver.stats()
+    rows = np.asarray(result["g"]).ravel()
+    kept = np.all((rows >= arguments["lbg"] - STALLED_WITHIN) & (rows <= arguments["ubg"] + STALLED_WITHIN))
+    if stats["success"] or (stats["return_status"] == _STALL and kept):
+        return result, stats
+    return program.second_solver(**arguments), program.second_solver.stats()
 
 
 def _is_logarithmic(variant: Variant, name: str) -> bool:

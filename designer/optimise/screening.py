@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +50,6 @@ class Check:
     (directions, pairs, n).
     """
 
-    assembly: Assembly
     names: tuple[str, ...]
     units: tuple[str, ...]
     amounts: Array
@@ -62,6 +61,17 @@ class Check:
     def largest_violations(self) -> Array:
         """Largest scaled violation of each design."""
         return np.asarray(self.violations.max(axis=0))
+
+    def of_design(self, index: int) -> Check:
+        """The check of one design: arrays of shape (..., 1)."""
+        one = slice(index, index + 1)
+        return replace(
+            self,
+            amounts=self.amounts[..., one],
+            violations=self.violations[..., one],
+            light=self.light[..., one],
+            bodies=self.bodies[..., one],
+        )
 
     @property
     def clearances(self) -> Array:
@@ -110,7 +120,6 @@ def check(problem: Problem, assembly: Assembly, pairs: Pairs | None = None) -> C
     )
     amounts = [np.broadcast_to(np.asarray(item.value, dtype=float), shape) for item in assembly.constraints]
     return Check(
-        assembly,
         tuple(item.name for item in assembly.constraints) + pairs.names,
         tuple(item.unit for item in assembly.constraints) + ("mm",) * len(pairs.names),
         np.concatenate([np.stack(amounts), np.broadcast_to(spare, (len(spare), *shape))]),

@@ -25,12 +25,13 @@ from designer.optimise.descent import (
     Task,
     distinct_designs,
     examine,
+    examine_all,
     follow,
     improve,
     make_feasible,
 )
 from designer.optimise.feasibility import why_fixed_conflicts, why_impossible
-from designer.optimise.program import SOLVED, Goal, Separators
+from designer.optimise.program import SOLVED, STALLED, Goal, Separators
 from designer.optimise.rules import rules_of
 from designer.optimise.screening import (
     LARGE_GAIN_SHARE,
@@ -262,7 +263,7 @@ def _starts(task: Task, count: int, random: np.random.Generator, least_gain_shar
     scaled = scaled_values(problem, values)
     choices = choose_separators(check(problem, assembly), problem.rules.clearance, problem.rules.envelope_height)
     task.offer(choices)
-    return [examine(task, scaled[:, index], choice) for index, choice in enumerate(choices)]
+    return examine_all(task, scaled, choices)
 
 
 def _second_stage(requirement: Requirement, configuration: Configuration, branches: list[_Branch]) -> SearchResult:
@@ -307,7 +308,7 @@ def _all_statuses(branches: list[_Branch]) -> dict[str, int]:
 
 def _infeasible(configuration: Configuration, branches: list[_Branch]) -> SearchResult:
     statuses = _all_statuses(branches)
-    if SOLVED not in statuses:
+    if not {SOLVED, STALLED} & statuses.keys():
         said = ", ".join(f"{status} ({count})" for status, count in statuses.items())
         return SearchResult(configuration, "failed", f"the solver never came to an end: {said}", statuses=statuses)
     misses = [branch.miss for branch in branches if branch.miss is not None]

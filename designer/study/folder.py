@@ -17,7 +17,7 @@ from designer import __version__
 from designer.design import write_design
 from designer.files import write_atomically
 from designer.optimise.front import FrontPoint
-from designer.optimise.program import SOLVER_OPTIONS
+from designer.optimise.program import SOLVERS
 from designer.requirement import Requirement, requirement_to_toml
 from designer.study.outputs import remove_report
 from designer.study.task import ConfigurationResult
@@ -117,7 +117,7 @@ def provenance(requirement: Requirement, elapsed_seconds: float) -> dict[str, An
         "versions": {"python": platform.python_version()} | {name: _version(name) for name in _PACKAGES},
         "seed": requirement.solve.seed,
         "starts": requirement.solve.starts,
-        "solvers": SOLVER_OPTIONS,
+        "solvers": SOLVERS,
         "machine": {"system": platform.system(), "processor": platform.machine()},
         "command": " ".join(["designer", *sys.argv[1:]]),
         "finished": datetime.now(UTC).isoformat(timespec="seconds"),

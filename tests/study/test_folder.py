@@ -151,7 +151,7 @@ def test_the_folder_says_what_was_asked_and_where_it_comes_from(study):
     assert {"python", "numpy", "casadi"} <= set(provenance["versions"])
     assert provenance["elapsed_seconds"] > 0.0
     assert "finished" in provenance
-    assert set(provenance["solvers"]) == {"sqpmethod"}
+    assert set(provenance["solvers"]) == {"sqpmethod", "ipopt"}
 
 
 @pytest.mark.parametrize("baseline", [100, [80, 120]])
