@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import signal
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -15,6 +14,7 @@ from typing import Any
 
 from designer.optimise.front import FrontPoint
 from designer.requirement import Requirement
+from designer.study.child import begin_as_child
 from designer.study.folder import write_folder
 from designer.study.progress import Progress
 from designer.study.ranking import rank
@@ -119,7 +119,7 @@ def workers(jobs: int) -> Iterator[Callable[..., Future[Any]]]:
     """
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["designer.study.task"])
-    with ProcessPoolExecutor(jobs, mp_context=context, initializer=_leave_interrupts_to_parent) as pool:
+    with ProcessPoolExecutor(jobs, mp_context=context, initializer=begin_as_child) as pool:
         try:
             yield pool.submit
         except BaseException:
@@ -127,7 +127,3 @@ def workers(jobs: int) -> Iterator[Callable[..., Future[Any]]]:
                 process.terminate()
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-
-
-def _leave_interrupts_to_parent() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)

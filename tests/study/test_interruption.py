@@ -132,6 +132,9 @@ def test_termination_does_not_wait_for_the_running_solve(tmp_path):
     assert time.monotonic() - terminated < 3.0
     assert (process.returncode, errors) == (143, "designer: terminated\n")
     assert list(folder.iterdir()) == []
+    deadline = time.monotonic() + 10
+    while members(process.pid) and time.monotonic() < deadline:
+        time.sleep(0.1)
     assert members(process.pid) == []
 
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import multiprocessing
-import multiprocessing.connection
-import os
-import signal
-import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from typing import Any, Protocol
+
+from designer.study.child import begin_as_child
 
 
 class Workers(Protocol):
@@ -66,7 +64,7 @@ class Processes:
     def _build(self) -> ProcessPoolExecutor:
         context = multiprocessing.get_context("forkserver")
         context.set_forkserver_preload(["designer.study.sweep.point"])
-        return ProcessPoolExecutor(self.jobs, mp_context=context, initializer=_begin)
+        return ProcessPoolExecutor(self.jobs, mp_context=context, initializer=begin_as_child)
 
 
 @contextmanager
@@ -82,16 +80,3 @@ def local_workers(jobs: int) -> Iterator[Here | Processes]:
         processes.stop()
         raise
     processes.finish()
-
-
-def _begin() -> None:
-    """Leave interrupts to the parent, and end with it, however it ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
-
-
-def _end_with(sentinel: int) -> None:
-    multiprocessing.connection.wait([sentinel])
-    os._exit(1)
