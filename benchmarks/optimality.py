@@ -108,7 +108,7 @@ def choose(everything: list[Ours], sample: int | None, infeasible: int, impossib
 def oppose(ours: Ours, budget: float, seed: int) -> Row:
     """Give one pair to differential evolution; its time is shared among the variants."""
     problems = list(problems_of(ours.requirement, ours.configuration))
-    seconds = budget * max(ours.seconds, LEAST_SECONDS)
+    seconds = budget * (LEAST_SECONDS if ours.result.status == "impossible" else ours.seconds)
     goal = ours.requirement.objective.minimise
     runs = [evolve(problem, goal, seconds / len(problems), seed) for problem in problems]
     winner = min(range(len(runs)), key=lambda index: runs[index].merit)

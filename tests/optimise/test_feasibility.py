@@ -157,7 +157,9 @@ def unhindered(problem, seed: int) -> np.ndarray:
         return np.zeros(1, dtype=bool)
     layout = put_together(problem, {name: value[kept] for name, value in values.items()}).layout
     light, _ = separations(layout, pair_up(layout))
-    return np.asarray(light.max(axis=0).min(axis=0) > 0.0)
+    # Light is followed only so far out; a mirror beyond that fits no envelope, and would not be seen in its way.
+    in_reach = np.max([mirror.outer_radius for mirror in layout.mirrors], axis=0) < problem.rules.reach_radius
+    return np.asarray((light.max(axis=0).min(axis=0) > 0.0) & in_reach)
 
 
 def test_random_search_does_find_what_is_possible():
