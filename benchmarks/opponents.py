@@ -20,7 +20,8 @@ from scipy.optimize import minimize
 from designer.optics.clearance import pair_up, separations
 from designer.optimise import program as programs
 from designer.optimise.assembly import VARIABLES, assemble
-from designer.optimise.program import GOALS, Menu, Program, Separators
+from designer.optimise.menu import FAR, Menu, Separators
+from designer.optimise.program import GOALS, Program
 from designer.optimise.screening import Problem, physical_values
 
 Array = NDArray[np.float64]
@@ -155,7 +156,7 @@ def _plain(instance: Instance) -> Values:
         residuals = [np.ravel(item.value)[0] / item.scale for item in assembly.constraints]
         light, bodies = separations(assembly.layout, pair_up(assembly.layout))
         spare = [
-            1.0 if direction == programs.FAR else along[direction, row, 0] - problem.rules.clearance
+            1.0 if direction == FAR else along[direction, row, 0] - problem.rules.clearance
             for directions, along in ((choice.legs, light), (choice.solids, bodies))
             for row, direction in enumerate(directions)
         ]

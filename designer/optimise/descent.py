@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.optics.layout import Layout
-from designer.optimise.program import GOALS, Goal, Menu, Outcome, Separators, reduce_violation, solve
+from designer.optimise.menu import Menu, Separators
+from designer.optimise.program import GOALS, Goal, Outcome, reduce_violation, solve
 from designer.optimise.screening import Check, Problem, assemble_enclosed, check, physical_values, scaled_values
 from designer.optimise.separators import rechoose
 from designer.requirement import Lens

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from designer.files import InputError
 from designer.optimise.descent import Candidate
-from designer.optimise.program import Goal, Menu, problem_parameters, solve
+from designer.optimise.menu import Menu
+from designer.optimise.program import Goal, problem_parameters, solve_for_multipliers
 from designer.optimise.search import problem_of
 from designer.requirement import Requirement, set_key
 
@@ -64,7 +65,9 @@ def first_stage_multipliers(
     """
     goal = Goal(requirement.objective.minimise)
     problem = first.problem
-    outcome = solve(problem, Menu.of([first.separators]), first.separators, first.scaled, goal, first.scales)
+    outcome = solve_for_multipliers(
+        problem, Menu.of([first.separators]), first.separators, first.scaled, goal, first.scales
+    )
     scale = dict(zip(first.goals, first.scales, strict=True))[goal.minimise]
     reached, expected = outcome.objective * scale, first.goals[goal.minimise]
     if not outcome.converged or abs(reached - expected) > SAME_OPTIMUM * expected:

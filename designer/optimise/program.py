@@ -8,7 +8,6 @@ program holds every direction of a ``Menu``, so that runs with different choices
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -30,11 +29,11 @@ from designer.optics.clearance import (
 )
 from designer.optimise.assembly import VARIABLES, Assembly, assemble
 from designer.optimise.box import physical
+from designer.optimise.menu import Menu, Separators
 from designer.optimise.rules import RULE_NAMES, Rules, rule_values
 from designer.optimise.screening import Problem
 from designer.optimise.variants import Variant
 
-FAR = -1
 SOLVED = "solved"
 STALLED = "stalled"
 GOALS = ("depth_error", "height", "diameter", "volume")
@@ -83,72 +82,6 @@ _STALL = "Search_Direction_Becomes_Too_Small"
 _ENDS = {"Solve_Succeeded": SOLVED, _STALL: STALLED}
 # A stalled run stands at an optimum whose multipliers are not unique, unless a row still fails by more than this.
 STALLED_WITHIN = 1e-7
-
-
-@dataclass(frozen=True, slots=True)
-class Separators:
-    """The direction that keeps each pair apart: index per row of ``Pairs``, legs and solids, then solids alone.
-
-    ``FAR`` leaves a pair out of the program, because it is far from touching.
-    """
-
-    legs: tuple[int, ...]
-    solids: tuple[int, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Menu:
-    """The directions a program can choose from for each pair, ascending; none for a pair that is left out."""
-
-    legs: tuple[tuple[int, ...], ...]
-    solids: tuple[tuple[int, ...], ...]
-
-    @classmethod
-    def of(cls, choices: Sequence[Separators]) -> Menu:
-        """The smallest menu with all the given choices."""
-        return cls(
-            _union([choice.legs for choice in choices]),
-            _union([choice.solids for choice in choices]),
-        )
-
-    def offers(self, choice: Separators) -> bool:
-        """Whether a choice can be made from this menu."""
-        chosen = zip((*choice.legs, *choice.solids), (*self.legs, *self.solids), strict=True)
-        return all(direction == FAR or direction in directions for direction, directions in chosen)
-
-    def with_choice(self, choice: Separators) -> Menu:
-        """The menu with one more choice."""
-        return Menu(_extended(self.legs, choice.legs), _extended(self.solids, choice.solids))
-
-    @property
-    def groups(self) -> tuple[tuple[tuple[int, tuple[int, ...]], ...], tuple[tuple[int, tuple[int, ...]], ...]]:
-        """For legs and for solids: each direction with the rows of the pairs that may choose it, in a fixed order."""
-        return _grouped(self.legs), _grouped(self.solids)
-
-    def weights(self, choice: Separators) -> list[float]:
-        """One for each direction chosen, zero for the others, in the order of ``groups``."""
-        return [
-            float(chosen[row] == direction)
-            for chosen, groups in zip((choice.legs, choice.solids), self.groups, strict=True)
-            for direction, rows in groups
-            for row in rows
-        ]
-
-
-def _grouped(menu: tuple[tuple[int, ...], ...]) -> tuple[tuple[int, tuple[int, ...]], ...]:
-    members = defaultdict(list)
-    for row, directions in enumerate(menu):
-        for direction in directions:
-            members[direction].append(row)
-    return tuple((direction, tuple(rows)) for direction, rows in sorted(members.items()))
-
-
-def _union(choices: Sequence[tuple[int, ...]]) -> tuple[tuple[int, ...], ...]:
-    return tuple(tuple(sorted(set(directions) - {FAR})) for directions in zip(*choices, strict=True))
-
-
-def _extended(menu: tuple[tuple[int, ...], ...], choice: tuple[int, ...]) -> tuple[tuple[int, ...], ...]:
-    return tuple(tuple(sorted({*directions, chosen} - {FAR})) for directions, chosen in zip(menu, choice, strict=True))
 
 
 @dataclass(frozen=True, slots=True)
@@ -318,7 +251,23 @@ def solve(
     scales: Sequence[float],
 ) -> Outcome:
     """Minimise a goal from a start in the unit box, with every constraint kept."""
-    return _run(problem, menu, separators, start, goal, scales, None)
+    return _run(problem, menu, separators, start, goal, scales, None, _solve_program)
+
+
+def solve_for_multipliers(
+    problem: Problem,
+    menu: Menu,
+    separators: Separators,
+    start: NDArray[np.float64],
+    goal: Goal,
+    scales: Sequence[float],
+) -> Outcome:
+    """Minimise a goal from its minimum, where the first solver stalls, by the one whose multipliers converge too."""
+
+    def second(program: Program, arguments: dict[str, NDArray[np.float64]]) -> tuple[Any, dict[str, Any]]:
+        return program.second_solver(**arguments), program.second_solver.stats()
+
+    return _run(problem, menu, separators, start, goal, scales, None, second)
 
 
 def reduce_violation(
@@ -330,7 +279,7 @@ def reduce_violation(
     violation: float,
 ) -> Outcome:
     """Find the point of least largest scaled violation near a start that violates by ``violation``."""
-    return _run(problem, menu, separators, start, Goal("violation"), scales, violation)
+    return _run(problem, menu, separators, start, Goal("violation"), scales, violation, _solve_program)
 
 
 def problem_parameters(problem: Problem) -> NDArray[np.float64]:
@@ -347,6 +296,7 @@ def _run(
     goal: Goal,
     scales: Sequence[float],
     violation: float | None,
+    solver: Callable[[Program, dict[str, NDArray[np.float64]]], tuple[Any, dict[str, Any]]],
 ) -> Outcome:
     elastic = violation is not None
     free = [not problem.box[name].is_fixed for name in VARIABLES]
@@ -375,7 +325,7 @@ def _run(
         "lbg": lower,
         "ubg": upper,
     }
-    result, stats = _solve_program(program, arguments)
+    result, stats = solver(program, arguments)
     point = np.asarray(result["x"]).ravel()
     scaled = np.zeros(len(VARIABLES))
     scaled[free] = point[:-1]

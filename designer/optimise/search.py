@@ -31,7 +31,8 @@ from designer.optimise.descent import (
     make_feasible,
 )
 from designer.optimise.feasibility import why_fixed_conflicts, why_impossible
-from designer.optimise.program import SOLVED, STALLED, Goal, Separators
+from designer.optimise.menu import Separators
+from designer.optimise.program import SOLVED, STALLED, Goal
 from designer.optimise.rules import rules_of
 from designer.optimise.screening import (
     LARGE_GAIN_SHARE,

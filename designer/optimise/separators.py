@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from designer.optimise.program import FAR, Separators
+from designer.optimise.menu import FAR, Separators
 from designer.optimise.screening import Check
 
 Array = NDArray[np.float64]

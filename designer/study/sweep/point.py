@@ -14,7 +14,7 @@ from typing import Any
 
 from designer.configurations import Configuration
 from designer.optimise.box import limit_of
-from designer.optimise.program import Separators
+from designer.optimise.menu import Separators
 from designer.optimise.search import SearchResult, Trail, search
 from designer.requirement import Requirement
 from designer.study.record import describe_variant, record_of
