@@ -13,7 +13,7 @@ from designer.evaluate.depth import Volume
 from designer.evaluate.limit import ImageBounds, arrangement_of, least_limit_over
 from designer.evaluate.mirrors import mirror_shape
 from designer.evaluate.summary import evaluate_design
-from designer.optics.layout import PlacedMirror
+from designer.optics.layout import Layout, PlacedMirror
 from designer.optics.view import elevation_tangents_of_views
 from designer.optimise.descent import Candidate
 from designer.optimise.search import SearchResult
@@ -38,11 +38,12 @@ def record_of(requirement: Requirement, best: Candidate) -> Design:
     """The record of a design without its score: all that the tracer needs."""
     variant, values = best.problem.variant, best.values
     kinds = variant.configuration.mirror_kinds
-    mirrors = {mirror.name: mirror for mirror in best.layout.mirrors}
+    layout = best.layout
+    mirrors = {mirror.name: mirror for mirror in layout.mirrors}
     return Design.model_validate(
         {
             "configuration": variant.configuration.name,
-            "variant": describe_variant(best),
+            "variant": describe_variant(best, layout),
             "camera": _camera(requirement, best.lens, values["principal_distance"]),
             "mirrors": [_mirror(mirrors[name], kinds[name], requirement) for name in kinds],
             "views": _views(best),
@@ -59,9 +60,9 @@ def record_of(requirement: Requirement, best: Candidate) -> Design:
     )
 
 
-def describe_variant(candidate: Candidate) -> str:
-    """What distinguishes a design among those of its configuration, in words."""
-    mirrors = {mirror.name: mirror for mirror in candidate.layout.mirrors}
+def describe_variant(candidate: Candidate, layout: Layout) -> str:
+    """What distinguishes a design, put together as ``layout``, among those of its configuration, in words."""
+    mirrors = {mirror.name: mirror for mirror in layout.mirrors}
     words = [candidate.problem.variant.label]
     if "primary" in mirrors:
         inner_height = float(np.ravel(mirrors["primary"].rim_heights[0])[0])

@@ -270,7 +270,11 @@ def pinhole_angles(scene: Scene, path: Sequence[int], elevations: ArrayLike, psi
         for _ in range(6):
             step = error * (last - psi) / (last_error - error)
             last, last_error = psi, error
-            psi = psi - np.where(np.isfinite(step), step, 0.0)
+            step = np.where(np.isfinite(step), step, 0.0)
+            # A step below the last digit of psi changes nothing any more.
+            if np.all(np.abs(step) <= np.spacing(psi)):
+                break
+            psi = psi - step
             error = traced(psi) - targets
     return np.where(found, psi, np.nan)
 

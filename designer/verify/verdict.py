@@ -209,7 +209,8 @@ def _judge_view(design: Design, scene: Scene, name: str, view: View, rims: Rims,
         if not gaps:
             problems += _azimuth_problems(scene, path, around_psi, azimuths)
             problems += [f"{_leg_name(view, leg)}: the {rim} stands between the rays" for leg, rim in fan.obstructions]
-    traced = trace_view(scene, path, widest)
+    is_as_recorded = residuals[0] < VIEWPOINT_TOLERANCE_MM and residuals[1] < GAIN_TOLERANCE
+    traced = None if is_as_recorded else trace_view(scene, path, widest)
     if not residuals[0] < VIEWPOINT_TOLERANCE_MM:
         crossing = f"; they cross the axis at {traced.viewpoint_mm:.9g} mm" if traced else ""
         problems.append(

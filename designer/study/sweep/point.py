@@ -13,11 +13,12 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from designer.configurations import Configuration
+from designer.design import Design
 from designer.optimise.box import limit_of
 from designer.optimise.menu import Separators
 from designer.optimise.search import SearchResult, Trail, search
 from designer.requirement import Requirement
-from designer.study.record import describe_variant, record_of
+from designer.study.record import record_of
 from designer.study.sweep.definition import requirement_at
 from designer.verify.verdict import judge
 
@@ -85,9 +86,10 @@ def _solve(
             }
         if result.status == "feasible":
             assert result.best is not None
-            verdict = judge(record_of(requirement, result.best), whole_image=False)
+            record = record_of(requirement, result.best)
+            verdict = judge(record, whole_image=False)
             if verdict.passed:
-                row |= _scores(result)
+                row |= _scores(result, record)
             else:
                 row |= {"status": "failed", "reason": f"the tracer rejects the design: {verdict.problems[0]}"}
     except Exception as error:
@@ -98,7 +100,7 @@ def _solve(
     return row, result.trails
 
 
-def _scores(result: SearchResult) -> dict[str, Any]:
+def _scores(result: SearchResult, record: Design) -> dict[str, Any]:
     assert result.best is not None
     assert result.first is not None
     best, first = result.best, result.first
@@ -118,7 +120,7 @@ def _scores(result: SearchResult) -> dict[str, Any]:
         "first_stage_volume_cm3": first.goals["volume"] * 1e-3,
         "principal_distance_mm": values["principal_distance"],
         "lens": best.lens.name,
-        "variant": describe_variant(best),
+        "variant": record.variant,
     }
 
 
