@@ -62,7 +62,7 @@ def draw_trade(rows: Iterable[Row], swept: str, limit_mm: float | None, width_mm
             )
     _finish(axes, swept, limit_mm, [error for _, error, _ in points])
     figure.legend(loc="outside upper center", ncols=3)
-    key = _label_ranks(figure, axes, points)
+    key = _label_ranks(figure, axes, points, limit_mm)
     return TradePlot(figure, key)
 
 
@@ -115,8 +115,13 @@ def _finish(axes: Axes, swept: str, limit_mm: float | None, errors: list[float])
         axes.axvline(limit_mm, color=INK, linewidth=1.0, linestyle=(0, (5, 3)), label="envelope", zorder=2)
 
 
-def _label_ranks(figure: Figure, axes: Axes, points: list[tuple[float, float, Row]]) -> dict[str, str]:
-    """Write ranks beside the points, near-ties together, without overlaps; returns the key of the letters used."""
+def _label_ranks(
+    figure: Figure, axes: Axes, points: list[tuple[float, float, Row]], limit_mm: float | None
+) -> dict[str, str]:
+    """Write ranks beside the points, near-ties together, without overlaps; returns the key of the letters used.
+
+    Labels stay off the line of the envelope, on which many designs lie.
+    """
     if not points:
         return {}
     canvas: Any = FigureCanvasAgg(figure)
@@ -124,6 +129,7 @@ def _label_ranks(figure: Figure, axes: Axes, points: list[tuple[float, float, Ro
     pixels = axes.transData.transform([(size, error) for size, error, _ in points])
     pixels_per_mm = figure.dpi / 25.4
     clusters = _clusters(pixels, CLUSTER_DISTANCE_MM * pixels_per_mm)
+    envelope = axes.transData.transform((limit_mm, 0.0))[0] if limit_mm is not None else -np.inf
     key: dict[str, str] = {}
     placed: list[Text] = []
     for cluster in sorted(clusters, key=lambda members: -len(members)):
@@ -133,7 +139,7 @@ def _label_ranks(figure: Figure, axes: Axes, points: list[tuple[float, float, Ro
             text = chr(ord("A") + len(key))
             key[text] = ranks
         centre = pixels[cluster].mean(axis=0)
-        placed.append(_place(axes, canvas, text, centre, pixels, placed, pixels_per_mm))
+        placed.append(_place(axes, canvas, text, centre, pixels, placed, pixels_per_mm, envelope))
     # The constrained layout is fixed by now; drawing again must not move what was placed.
     figure.set_layout_engine("none")
     return key
@@ -175,6 +181,7 @@ def _place(
     pixels: np.ndarray,
     placed: list[Text],
     pixels_per_mm: float,
+    envelope: float,
 ) -> Text:
     """Write a label at the first free place on growing circles about a point, with a leader line if far."""
     renderer = canvas.get_renderer()
@@ -191,7 +198,8 @@ def _place(
             box = label.get_window_extent(renderer).padded(1.5)
             inside = frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1
             on_point = any(box.padded(2.0).contains(*point) for point in pixels)
-            if inside and not on_point and not any(box.overlaps(other) for other in boxes):
+            on_line = box.x0 < envelope < box.x1
+            if inside and not on_point and not on_line and not any(box.overlaps(other) for other in boxes):
                 _leader(axes, centre, centre + step, radius)
                 return label
     return label
