@@ -50,8 +50,10 @@ def check(
         raise InputError(f"--full-well-electrons {full_well_electrons:g}: must be at least 1")
     record = read_design(design)
 
+    from dataclasses import replace
+
     from designer.imaging.check import check_design, describe_check, summarise_check
-    from designer.imaging.matching import MatchingOptions
+    from designer.imaging.matching import ACCURATE_OPTIONS
     from designer.imaging.render_sensor import Sensor
 
     result = check_design(
@@ -60,7 +62,7 @@ def check(
         texture=texture,
         samples=samples,
         detector=Sensor(full_well_electrons, noise_electrons),
-        options=MatchingOptions(matcher="semi_global" if matcher == "semi-global" else "sad"),
+        options=replace(ACCURATE_OPTIONS, matcher="semi_global" if matcher == "semi-global" else "sad"),
         equalise=equalise,
         seed=seed,
     )

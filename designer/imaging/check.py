@@ -1,9 +1,9 @@
 """The end-to-end check: a design's image of a scene, rendered, matched and reconstructed, against the truth.
 
-Nothing of the scene under test enters the prediction. The noise of the matched image points is measured on another
-scene, a textured cylinder of known radius around the sensor, and carried to the scene's distances and elevations
-by first order (design notes, section 5). The truth of a panorama pixel is what the traced ray through its place in
-the raw image meets.
+The noise of the matched image points is measured on another scene (:mod:`designer.imaging.calibration`) and carried
+to the distances, elevations and contrasts of the scene under test by first order (design notes, section 5); nothing of
+how that one was matched enters the prediction. The truth of a panorama pixel is what the traced ray through its place
+in the raw image meets.
 """
 
 from __future__ import annotations
@@ -17,18 +17,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.design import Design
-from designer.evaluate.depth import relative_depth_error, stereo_pair_of
+from designer.imaging.calibration import (
+    BANDS,
+    FEWEST_PIXELS,
+    Noise,
+    calibrate_noise,
+    contrast_in,
+    distance_bands,
+    error_per_pixel,
+    record,
+    robust_deviation,
+    true_points,
+)
 from designer.imaging.camera import ViewImage
-from designer.imaging.matching import DEFAULT_OPTIONS, Matches, MatchingOptions, Outcome
-from designer.imaging.panorama import AZIMUTH_PADDING, Image, PanoramaGrid
-from designer.imaging.render import ray_directions, render
+from designer.imaging.matching import ACCURATE_OPTIONS, Matches, MatchingOptions, Outcome
+from designer.imaging.panorama import Image
 from designer.imaging.render_sensor import Sensor as Detector
-from designer.imaging.render_sensor import expose
-from designer.imaging.scenes.library import build_world, calibration_world
+from designer.imaging.scenes.library import build_world
 from designer.imaging.scenes.world import Array, World, first_surfaces
 from designer.imaging.sensor import Sensor, build_sensor, match_image, panoramas
-from designer.verify.surfaces import build_scene
-from designer.verify.tracer import Status, compare_with_path, trace_first_hits
 
 Mask = NDArray[np.bool_]
 
@@ -38,14 +45,6 @@ LEAST_ERROR_RATIO, LARGEST_ERROR_RATIO = 0.5, 1.5
 LEAST_KEPT = 0.6
 # With less contrast than this over a band, stereo has nothing to go by.
 LEAST_TEXTURED = 0.1
-# The standard deviation of a normal distribution is this times its median absolute deviation.
-NORMAL_PER_MAD = 1.4826
-
-BANDS = 4
-# Strips of elevation in which the calibration measures the noise.
-CALIBRATION_STRIPS = 12
-# A band with fewer pixels to judge says nothing.
-FEWEST_PIXELS = 500
 # Matches are looked for well beyond the working volume: a search that ended at its edge would cut off the errors of
 # one sign there and so look like bias.
 SEARCH_NEARER, SEARCH_FARTHER = 0.8, 2.5
@@ -105,16 +104,16 @@ class Band:
 class Check:
     """A design checked end to end.
 
-    ``noise_px`` (rows,) is the noise of an image point in each view, from the calibration scene, at each row of the
-    upper panorama. The other arrays have the shape (columns, rows) of its scan lines: ``true_distance_mm`` (NaN where
-    there is nothing), ``both_see`` (the pixels judged: in the working volume and seen by both views), ``predicted``
-    (sigma_D / D) and ``relative_error`` ((measured - true) / true, NaN where dropped).
+    ``noise`` is that of an image point in each view, from the calibration scene. The arrays have the shape (columns,
+    rows) of the upper panorama's scan lines: ``true_distance_mm`` (NaN where there is nothing), ``both_see`` (the
+    pixels judged: in the working volume and seen by both views), ``predicted`` (sigma_D / D) and ``relative_error``
+    ((measured - true) / true, NaN where dropped).
     """
 
     configuration: str
     scene: str
     texture: str
-    noise_px: Array
+    noise: Noise
     bands: tuple[Band, ...]
     sensor: Sensor
     raw: Image
@@ -140,7 +139,7 @@ def check_design(
     texture: str = "rich",
     samples: int = 2,
     detector: Detector | None = None,
-    options: MatchingOptions = DEFAULT_OPTIONS,
+    options: MatchingOptions = ACCURATE_OPTIONS,
     equalise: bool = True,
     seed: int = 0,
     built: Design | None = None,
@@ -170,15 +169,15 @@ def check_design(
     world = build_world(scene, design, texture, seed)
     near, far = design.working_volume.distance_mm
     sensor = build_sensor(design, distances_mm=(SEARCH_NEARER * near, SEARCH_FARTHER * far), equalise=equalise)
-    noise_px = calibrate_noise(sensor, detector, samples=samples, options=options, seed=seed + 1, built=built)
-    raw = _record(built, world, detector, samples, seed)
+    noise = calibrate_noise(sensor, built, detector, samples=samples, options=options, seed=seed + 1)
+    raw = record(built, world, detector, samples, seed)
     matches = match_image(sensor, raw, options)
-    points = _true_points(sensor, built, world)
+    points = true_points(sensor, built, world)
     distance = np.hypot(points[0], points[1])
     both_see = _in_volume(design, points) & _lower_sees(sensor, world, points)
-    predicted = noise_px * _error_per_pixel(sensor, distance)
+    predicted = noise.at(distance, contrast_in(sensor, raw, options)) * error_per_pixel(sensor, distance)
     error = matches.distances_mm / distance - 1.0
-    edges = np.geomspace(near, far, BANDS + 1)
+    edges = distance_bands(design)
     bands = tuple(
         _judge((float(low), float(high)), both_see & (distance >= low) & (distance < high), matches, error, predicted)
         for low, high in pairwise(edges)
@@ -188,7 +187,7 @@ def check_design(
         configuration=design.configuration,
         scene=world.name,
         texture=texture,
-        noise_px=noise_px,
+        noise=noise,
         bands=bands,
         sensor=sensor,
         raw=raw,
@@ -202,58 +201,24 @@ def check_design(
     )
 
 
-def calibrate_noise(
-    sensor: Sensor,
-    detector: Detector,
-    *,
-    samples: int = 2,
-    options: MatchingOptions = DEFAULT_OPTIONS,
-    seed: int = 1,
-    built: Design | None = None,
-) -> Array:
-    """The noise of an image point in each view, in raw pixels, at each row of the upper panorama: (rows,).
-
-    It is the noise that explains the depth errors on a known cylinder, whose radius is the geometric mean of the
-    working distances: the errors, divided by what one pixel of noise would cause to first order, have its robust
-    standard deviation. It depends on elevation, since the views resolve texture more finely at one end of their
-    range than at the other, and the finer view's pixels are averaged. NaN if nothing could be matched.
-    """
-    design = sensor.design
-    radius = float(np.sqrt(np.prod(design.working_volume.distance_mm)))
-    raw = _record(built or design, calibration_world(design, radius, seed=seed), detector, samples, seed)
-    matches = match_image(sensor, raw, options)
-    per_pixel = _error_per_pixel(sensor, np.full(matches.distances_mm.shape, radius))
-    normalised = (matches.distances_mm / radius - 1.0) / per_pixel
-    edges = np.linspace(0, sensor.grid.rows, CALIBRATION_STRIPS + 1).astype(int)
-    middles, noises = [], []
-    for low, high in pairwise(edges):
-        strip = normalised[:, low:high]
-        strip = strip[np.isfinite(strip)]
-        if strip.size >= FEWEST_PIXELS:
-            middles.append((low + high - 1) / 2.0)
-            noises.append(_robust_deviation(strip))
-    if not noises:
-        return np.full(sensor.grid.rows, np.nan)
-    return np.asarray(np.interp(np.arange(sensor.grid.rows), middles, noises))
-
-
 def definition_of_passing() -> str:
     """What a check demands, in words."""
     return (
         f"passes if, in each of {BANDS} bands of distance with at least {FEWEST_PIXELS} pixels that both views see: "
         f"the median depth error is within {100 * LARGEST_BIAS:g} % of the distance or a quarter of the predicted "
         f"sigma, whichever is larger; the robust RMS depth error (1.4826 MAD) is {LEAST_ERROR_RATIO:g} to "
-        f"{LARGEST_ERROR_RATIO:g} times the prediction, its noise measured on another scene, a textured cylinder; and "
-        f"at least {100 * LEAST_KEPT:g} % of the textured pixels are kept"
+        f"{LARGEST_ERROR_RATIO:g} times the prediction, its noise measured on another scene, a ring of textured "
+        f"walls; and at least {100 * LEAST_KEPT:g} % of the textured pixels are kept"
     )
 
 
 def describe_check(check: Check) -> str:
     """The check in lines: a row for each band, what was dropped and why, the definition of passing, the verdict."""
+    noise = check.noise.summary
     lines = [
         f"{check.configuration}, scene {check.scene}, {check.texture} texture",
-        f"noise of an image point, from the calibration cylinder: {np.median(check.noise_px):.3f} px "
-        f"({np.min(check.noise_px):.3f} to {np.max(check.noise_px):.3f} over the elevations)",
+        f"noise of an image point, from the calibration scene: {noise['median']:.3f} px "
+        f"({noise['least']:.3f} to {noise['largest']:.3f} over elevations and distances)",
         "",
         "distance (mm)    pixels   kept   median error (bound)   robust RMS error   predicted   ratio",
     ]
@@ -287,10 +252,7 @@ def summarise_check(check: Check) -> dict[str, Any]:
         "configuration": check.configuration,
         "scene": check.scene,
         "texture": check.texture,
-        "noise_px": {
-            name: _number(float(value(check.noise_px)))
-            for name, value in (("median", np.median), ("least", np.min), ("largest", np.max))
-        },
+        "noise_px": {name: _number(value) for name, value in check.noise.summary.items()},
         "bands": bands,
         "definition": definition_of_passing(),
         "passed": check.passed,
@@ -299,24 +261,6 @@ def summarise_check(check: Check) -> dict[str, Any]:
 
 def _number(value: float) -> float | None:
     return None if np.isnan(value) else value
-
-
-def _record(design: Design, world: World, detector: Detector, samples: int, seed: int) -> Image:
-    return np.asarray(expose(render(design, world, samples=samples), detector, seed=seed), dtype=np.uint8)
-
-
-def _true_points(sensor: Sensor, built: Design, world: World) -> Array:
-    """What the upper panorama's pixels show, (3, columns, rows): traced from the raw image; NaN where another way."""
-    table = sensor.tables["upper"]
-    inner = slice(AZIMUTH_PADDING, -AZIMUTH_PADDING)
-    u, v = table.u_px[inner].astype(float), table.v_px[inner].astype(float)
-    scene = build_scene(built)
-    trace = trace_first_hits(scene, ray_directions(built.camera, u.ravel(), v.ravel(), None, None))
-    path = scene.path(built.views.upper.path)
-    seen = compare_with_path(trace, path).status == Status.OK
-    points = np.full((3, u.size), np.nan)
-    points[:, seen] = first_surfaces(world, trace.exit_point[seen].T, trace.exit_direction[seen].T).points
-    return points.reshape(3, *u.shape)
 
 
 def _in_volume(design: Design, points: Array) -> Mask:
@@ -344,29 +288,6 @@ def _lower_sees(sensor: Sensor, world: World, points: Array) -> Mask:
     return np.asarray(imaged & clear)
 
 
-def _error_per_pixel(sensor: Sensor, distance: Array) -> Array:
-    """sigma_D / D (columns, rows) of one pixel of noise in each view, at true distances."""
-    pair, grid = stereo_pair_of(sensor.design), sensor.grid
-    slope_upper = _upper_slopes(grid)
-    return np.asarray(
-        relative_depth_error(
-            slope_upper + pair.baseline / distance,
-            slope_upper,
-            pair.gain_lower,
-            pair.sense_lower,
-            pair.gain_upper,
-            pair.sense_upper,
-            pair.baseline,
-            pair.principal_distance,
-            sensor.design.camera.pixel_pitch_mm,
-        )
-    )
-
-
-def _upper_slopes(grid: PanoramaGrid) -> Array:
-    return np.asarray(grid.slope("upper", np.arange(grid.rows)))[None, :]
-
-
 def _judge(distances: tuple[float, float], pixels: Mask, matches: Matches, error: Array, predicted: Array) -> Band:
     textured = pixels & (matches.outcomes != Outcome.NO_TEXTURE)
     kept = textured & (matches.outcomes == Outcome.KEPT)
@@ -377,14 +298,7 @@ def _judge(distances: tuple[float, float], pixels: Mask, matches: Matches, error
         textured=count,
         kept=float(kept.sum() / count) if count else np.nan,
         bias=float(np.median(error[kept])) if kept.any() else np.nan,
-        error=_robust_deviation(error[kept]),
-        error_ratio=_robust_deviation(error[kept] / predicted[kept]),
+        error=robust_deviation(error[kept]),
+        error_ratio=robust_deviation(error[kept] / predicted[kept]),
         predicted=float(np.median(predicted[pixels])) if pixels.any() else np.nan,
     )
-
-
-def _robust_deviation(values: Array) -> float:
-    """1.4826 times the median absolute deviation from the median; NaN of nothing."""
-    if not values.size:
-        return np.nan
-    return float(NORMAL_PER_MAD * np.median(np.abs(values - np.median(values))))

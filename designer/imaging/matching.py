@@ -3,7 +3,8 @@
 Disparity is row_upper - row_lower in panorama rows, for the same azimuth: the lower viewpoint sees a point higher
 than the upper one does. The paper's matcher is the sum of absolute differences (SAD) over a 9 x 9 window with
 reverse verification: the lower pixel that an upper pixel matches must itself match that upper pixel best. Both
-searches read the same costs. Semi-global matching is OpenCV's.
+searches read the same costs. Semi-global matching is OpenCV's. Either may be refined by windows that follow the
+surface found (:mod:`designer.imaging.refinement`).
 
 Scan-line images have shape (columns + 2 AZIMUTH_PADDING, rows): a row of the array is one azimuth.
 """
@@ -23,6 +24,7 @@ from numpy.typing import NDArray
 from designer.imaging.costs import LARGEST_WINDOW, UNSEARCHED, equiangular_fit, least_sums, sums_beside
 from designer.imaging.panorama import AZIMUTH_PADDING, Image, PanoramaGrid
 from designer.imaging.reconstruction import disparity_from_distance, distance_map
+from designer.imaging.refinement import refine
 
 Matcher = Literal["sad", "semi_global"]
 
@@ -57,7 +59,7 @@ class MatchingOptions:
     are dropped (0 keeps them). A match is unlike if the mean absolute difference that remains at it exceeds both
     ``largest_difference`` times the contrast and ``noise_floor`` grey levels. A least contrast of 0 and an infinite
     difference skip the two checks. ``level_brightness`` first takes each image's own local mean away, for cameras
-    whose two views are not equally bright.
+    whose two views are not equally bright. ``follow_slants`` refines what was kept by windows that follow the surface.
     """
 
     matcher: Matcher = "sad"
@@ -69,6 +71,7 @@ class MatchingOptions:
     largest_difference: float = 0.7
     noise_floor: float = 3.0
     level_brightness: bool = False
+    follow_slants: bool = False
     threads: int = 2
 
     def __post_init__(self) -> None:
@@ -78,6 +81,8 @@ class MatchingOptions:
 
 
 DEFAULT_OPTIONS = MatchingOptions()
+# For accuracy rather than frames per second.
+ACCURATE_OPTIONS = MatchingOptions(follow_slants=True)
 
 # A disparity far from all others, and what marks a dropped pixel among sixteenths of a row.
 _NOWHERE = -30000
@@ -168,6 +173,11 @@ def match(
         list(pool.map(match_part, (slice(*pair) for pair in pairwise(edges))))
     if options.speckle_size:
         _drop(matches, _speckles(matches.disparities, options), Outcome.SPECKLE)
+    if options.follow_slants:
+        matches.disparities[:] = refine(matches.disparities, upper, lower, options.window)
+        matches.distances_mm[:] = distance_map(grid, matches.disparities, search.baseline_mm)
+        near, far = search.distances_mm
+        _drop(matches, (matches.distances_mm < near) | (matches.distances_mm > far), Outcome.OUT_OF_RANGE)
     return matches
 
 
@@ -267,7 +277,7 @@ def _judged(
         Outcome.BORDER: ~candidates.found | (candidates.at_end & at_edge),
     }
     if options.least_contrast > 0 or np.isfinite(options.largest_difference):
-        contrast = _contrast(upper, options.window)
+        contrast = contrast_of(upper, options.window)
         reasons[Outcome.NO_TEXTURE] = contrast < options.least_contrast
         if np.isfinite(options.largest_difference):
             explained = np.maximum(contrast * np.float32(options.largest_difference), np.float32(options.noise_floor))
@@ -300,8 +310,8 @@ def _levelled(lines: Image) -> Image:
     return np.asarray(cv2.addWeighted(lines, 1.0, mean, -1.0, 128.0), dtype=np.uint8)
 
 
-def _contrast(lines: Image, window: int) -> NDArray[np.float32]:
-    """Mean absolute difference of neighbours along the scan line, over the window; the padding is cut off."""
+def contrast_of(lines: Image, window: int) -> NDArray[np.float32]:
+    """Mean absolute difference of neighbours along the scan line, over the window: (columns, rows), unpadded."""
     differences = cv2.absdiff(lines[:, 1:], lines[:, :-1])
     # One column is missing: the first is its own neighbour's.
     differences = cv2.copyMakeBorder(differences, 0, 0, 1, 0, cv2.BORDER_REPLICATE)

@@ -12,7 +12,7 @@ import json
 import platform
 import sys
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -28,7 +28,7 @@ from designer.files import write_atomically
 from designer.imaging.camera import ImagePlacement
 from designer.imaging.cloud import FloorPlan, floor_plan
 from designer.imaging.files import write_arrays, write_image, write_ply
-from designer.imaging.matching import Matcher, Matches, MatchingOptions, Outcome
+from designer.imaging.matching import ACCURATE_OPTIONS, Matcher, Matches, Outcome
 from designer.imaging.panorama import DEFAULT_COLUMNS, Image, Sampling
 from designer.imaging.reconstruction import PointCloud, reconstruct
 from designer.imaging.sensor import Sensor, build_sensor, match_image, panoramas
@@ -86,7 +86,12 @@ def process(design: Design, raw: Image, request: StereoRequest) -> StereoResult:
         distances_mm=request.distances_mm,
         equalise=request.equalise,
     )
-    options = MatchingOptions(request.matcher, request.window, level_brightness=request.level_brightness)
+    options = replace(
+        ACCURATE_OPTIONS,
+        matcher=request.matcher,
+        window=request.window,
+        level_brightness=request.level_brightness,
+    )
     matches = match_image(sensor, raw, options)
     pair = panoramas(sensor, raw)
     cloud = reconstruct(design, sensor.grid, matches.disparities, pair["upper"], request.noise_px)

@@ -43,7 +43,7 @@ def check_page(row: Row, checked: CheckedDesign) -> str:
     passed = sum(band["judged"] and not band["problems"] for band in verdict["bands"])
     summary = (
         f" {passed} of {found} bands of distance. Scene: {verdict['scene']}, {verdict['texture']} texture. "
-        f"Noise of an image point in each view, measured on the calibration cylinder: "
+        f"Noise of an image point in each view, measured on the calibration scene: "
         f"{_noise(verdict['noise_px'])}."
     )
     raw, maps, plan, errors = (figure_name(kind, configuration) for kind in ("raw", "maps", "plan", "errors"))

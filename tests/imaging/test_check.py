@@ -4,30 +4,24 @@ import dataclasses
 
 import numpy as np
 import pytest
-from studied_designs import studied_design
+from studied_designs import NAMES, studied_design
 
 from designer.design import Design
 from designer.imaging.check import Band, check_design, describe_check, summarise_check
 from designer.imaging.matching import Outcome
 
-WINNERS = (
-    "indoor_robot:folded-ElEl-Hy-upper_inner",
-    "pipe_inspection:folded-ElPl-Hy-upper_outer",
-    "ceiling_watch:folded-HyEl-Hy-upper_outer",
-    "sky_watch:folded-HyPl-Hy-upper_inner",
-)
 PROTOTYPE = "indoor_robot:folded-HyPl-Hy-upper_outer"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", WINNERS)
-def test_the_winners_pass(name: str) -> None:
-    check = check_design(studied_design(name))
+@pytest.mark.parametrize(("seed", "name"), [(number % 3, name) for number, name in enumerate(NAMES)])
+def test_the_winners_and_one_of_each_kind_pass(name: str, seed: int) -> None:
+    check = check_design(studied_design(name), seed=seed)
     assert check.passed, describe_check(check)
     assert sum(band.is_judged for band in check.bands) == 4
     assert check.scene == {"indoor": "office", "pipe": "pipe", "ceiling": "hall", "sky": "sky"}[name.split("_")[0]]
-    # What is measured is the noise of matching, not of the pixels: less than a fifth of a pixel for rich texture.
-    assert np.all((check.noise_px > 0.01) & (check.noise_px < 0.25))
+    # What is measured is the noise of matching, not of the pixels: a fraction of a pixel for rich texture.
+    assert 0.01 < check.noise.summary["median"] < 0.2
     kept = check.both_see & (check.matches.outcomes == Outcome.KEPT)
     np.testing.assert_array_equal(np.isfinite(check.relative_error[kept]), True)
     np.testing.assert_allclose(

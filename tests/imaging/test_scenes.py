@@ -188,6 +188,14 @@ def test_only_the_repetitive_texture_repeats() -> None:
     assert best_likeness("rich") < 0.85
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_the_rich_texture_is_alike_rich_in_every_direction(seed: int) -> None:
+    for octave in make_texture("rich", 5000.0, seed).octaves:
+        headings = octave.waves / np.linalg.norm(octave.waves, axis=0)
+        shares = np.linalg.eigvalsh(headings @ headings.T / headings.shape[1])
+        np.testing.assert_allclose(shares, 1.0 / 3.0, atol=0.04)
+
+
 def test_every_octave_of_the_rich_texture_has_the_same_contrast() -> None:
     places = np.random.default_rng(2).uniform(-2500, 2500, (3, 20000))
     whole = make_texture("rich", 5000.0)

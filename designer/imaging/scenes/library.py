@@ -1,4 +1,4 @@
-"""The scenes: office, pipe, hall, sky and the calibration cylinder, built around a design's working volume.
+"""The scenes: office, pipe, hall, sky, a cylinder and the calibration scene, built around a design's working volume.
 
 The origin of a scene is the middle of the baseline. A scene is drawn for a far distance of 5 m and scaled to the far
 distance of the design, so that its surfaces lie in the working volume; the pipe takes its radius from the near and
@@ -8,6 +8,7 @@ far distance. Lengths in mm, frame of the design (z up).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal, get_args
 
@@ -26,6 +27,7 @@ MESH_SUFFIXES = (".obj", ".ply", ".stl", ".glb", ".gltf", ".off")
 DRAWN_REACH_MM = 5000.0
 # Below this far distance a sensor works in a pipe rather than in a room.
 NEAR_FIELD_MM = 1000.0
+CALIBRATION_WALLS = 24
 DARKEST_TONE, BRIGHTEST_TONE = 0.18, 0.68
 
 
@@ -91,11 +93,27 @@ def make_world(name: str, shapes: Sequence[Shape], extent_mm: float, texture: st
     return World(name, tuple(shapes), tones, offsets, make_texture(texture, extent_mm, seed))
 
 
-def calibration_world(design: Design, radius_mm: float, texture: str = "rich", seed: int = 0) -> World:
-    """A textured cylinder of known radius about the sensor's axis: the truth is known without a scene."""
+def calibration_world(design: Design, texture: str = "rich", seed: int = 0) -> World:
+    """A ring of flat walls around the sensor, which goes from the nearest to the farthest working distance and back.
+
+    All distances of the working volume occur at all elevations and, since each wall has a tone of its own, in shades
+    from dark to bright; no wall hides another. The texture is turned from wall to wall, so that what is measured on
+    them is an average over its directions.
+    """
+    near, far = design.working_volume.distance_mm
     middle = (design.views.upper.viewpoint_mm + design.views.lower.viewpoint_mm) / 2.0
-    wall = round_wall(radius_mm, middle, design.working_volume.distance_mm[1])
-    return make_world("cylinder", [wall], design.working_volume.distance_mm[1], texture, seed)
+    azimuths = 2.0 * np.pi * (np.arange(CALIBRATION_WALLS + 1) + 0.5) / CALIBRATION_WALLS
+    distances = np.sqrt(near * far) * (far / near) ** (0.5 * np.cos(azimuths))
+    corners = np.stack([distances * np.cos(azimuths), distances * np.sin(azimuths)], axis=-1)
+    # Halves that overlap by a millionth: no ray slips through a corner by rounding.
+    halves = (corners[1:] - corners[:-1]) * (0.5 + 1e-6)
+    walls = [
+        Rectangle((float(x), float(y), middle), (float(across), float(along), 0.0), (0.0, 0.0, 100.0 * far))
+        for (x, y), (across, along) in zip((corners[1:] + corners[:-1]) / 2.0, halves, strict=True)
+    ]
+    random = np.random.default_rng([seed, 0x7042])
+    turns, _ = np.linalg.qr(random.standard_normal((len(walls), 3, 3)))
+    return replace(make_world("calibration", walls, far, texture, seed), turns=turns)
 
 
 def round_wall(radius_mm: float, middle_mm: float, extent_mm: float) -> Cylinder:
@@ -198,6 +216,8 @@ def _sky(height: float) -> list[Shape]:
         Cylinder((2400.0, -900.0, 1200.0), (2400.0, 900.0, 1400.0), 550.0),
         Sphere((1000.0, 900.0, 1150.0), 260.0),
         Cylinder((-2900.0, 800.0, -height), (-2900.0, 800.0, 2600.0), 320.0),
+        # The nearest thing, and wide: a hoarding.
+        Box((980.0, -1250.0, 250.0), (1020.0, -350.0, 1350.0), -38.7),
     ]
     masts = ((1000.0, 900.0, 900.0), (2200.0, 2900.0, 2300.0), (-900.0, -1500.0, 1700.0), (900.0, -3200.0, 2700.0))
     shapes += [Cylinder((x, y, -height), (x, y, top), 55.0) for x, y, top in masts]

@@ -38,6 +38,7 @@ class World:
     offsets: Array
     texture: Texture
     background: float = 0.0
+    turns: Array | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +77,8 @@ def first_surfaces(world: World, points: Array, directions: Array) -> Hits:
             distance[rays[nearer]] = reached[nearer]
             surface[rays[nearer]] = index
     places = points + np.where(surface >= 0, distance, np.nan) * directions
-    return Hits(distance, surface, places, places + world.offsets[surface].T, directions)
+    turned = places if world.turns is None else np.einsum("nij,jn->in", world.turns[surface], places)
+    return Hits(distance, surface, places, turned + world.offsets[surface].T, directions)
 
 
 def radiance(world: World, hits: Hits, spread: Array) -> Floats:
