@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from designer.design import Design
-from designer.optics.backend import Scalar, sqrt, tan
+from designer.optics.backend import Scalar, is_symbolic, sqrt, stack, tan, total
 from designer.optics.view import (
     Sense,
     elevation_tangent,
@@ -147,19 +147,25 @@ def depth_error_rms(
     """
     low, high = (half_angle_tangent(tan(elevation), "direct") for elevation in volume.elevations)
     near, far = volume.distances
-    distances = [(near * (far / near) ** node, weight) for node, weight in _unit_gauss_legendre(distance_nodes)]
-    weighted_squares: Scalar = 0.0
-    weights: Scalar = 0.0
-    for node, node_weight in _unit_gauss_legendre(elevation_nodes):
-        half_tangent = low * (high / low) ** node
-        # d(elevation) = cos(elevation) d(log t), and 1 / cos(elevation) = (t + 1/t) / 2.
-        elevation_weight = 2.0 * node_weight / (half_tangent + 1.0 / half_tangent)
-        weights = weights + elevation_weight
-        for distance, distance_weight in distances:
-            slope = elevation_tangent(half_tangent, "direct")
-            error = _relative_depth_error_at(pair, slope, distance, noise_mm)
-            weighted_squares = weighted_squares + elevation_weight * distance_weight * error * error
-    return sqrt(weighted_squares / weights)
+    elevation_rule, distance_rule = _unit_gauss_legendre(elevation_nodes), _unit_gauss_legendre(distance_nodes)
+    along_elevation = [(low * (high / low) ** node, weight) for node, weight in elevation_rule]
+    along_distance = [(near * (far / near) ** node, weight) for node, weight in distance_rule]
+    given = (low, high, near, far, noise_mm, pair.gain_lower, pair.gain_upper, pair.baseline, pair.principal_distance)
+    dimensions = max(map(np.ndim, given)) if not any(map(is_symbolic, given)) else 1
+    # d(elevation) = cos(elevation) d(log t), and 1 / cos(elevation) = (t + 1/t) / 2.
+    weights = _rows([2.0 * w / (t + 1.0 / t) * v for t, w in along_elevation for _, v in along_distance], dimensions)
+    slopes = _rows([elevation_tangent(t, "direct") for t, _ in along_elevation for _ in along_distance], dimensions)
+    distances = _rows([distance for _ in along_elevation for distance, _ in along_distance], dimensions)
+    error = _relative_depth_error_at(pair, slopes, distances, noise_mm)
+    return sqrt(total(weights * error * error) / total(weights))
+
+
+def _rows(values: list[Scalar], dimensions: int) -> Scalar:
+    """Values as rows that broadcast against arrays of so many dimensions; symbols as a column."""
+    if any(map(is_symbolic, values)):
+        return stack(values)
+    rows = np.stack(np.broadcast_arrays(*values))
+    return rows.reshape(len(rows), *(1,) * (dimensions - rows.ndim + 1), *rows.shape[1:])
 
 
 def depth_error_map(

@@ -85,6 +85,11 @@ def take(rows: Scalar, indices: Sequence[int]) -> Scalar:
     return rows[list(indices)]
 
 
+def total(rows: Scalar) -> Scalar:
+    """The sum of the rows of what :func:`stack` returned."""
+    return _casadi().sum1(rows) if is_symbolic(rows) else np.sum(rows, axis=0)
+
+
 def _casadi() -> Any:
     import casadi
 
