@@ -70,10 +70,10 @@ def _draw(table: pd.DataFrame, best: pd.DataFrame) -> dict[str, bytes]:
     shown = best.assign(percent=100.0 * best["depth_error_rms"])
     with report_style():
         drawn = {
-            "winners.svg": draw_winner_map(best, axes, letters, WIDTH_MM),
-            "depth-error.svg": draw_heat_map(shown, axes, "percent", "depth error of the winner (%)", WIDTH_MM),
-            "limit-ratio.svg": draw_heat_map(best, axes, "limit_ratio", "depth error / limit", WIDTH_MM),
-            "height.svg": draw_heat_map(best, axes, "height_mm", "height of the winner (mm)", WIDTH_MM),
+            "winners.svg": draw_winner_map(best, table[axes], letters, WIDTH_MM),
+            "depth-error.svg": draw_heat_map(shown, table[axes], "percent", "depth error of the winner (%)", WIDTH_MM),
+            "limit-ratio.svg": draw_heat_map(best, table[axes], "limit_ratio", "depth error / limit", WIDTH_MM),
+            "height.svg": draw_heat_map(best, table[axes], "height_mm", "height of the winner (mm)", WIDTH_MM),
             "pareto.svg": draw_pareto(feasible, letters, WIDTH_MM),
             "parallel.svg": draw_parallel(front, axes, letters, WIDTH_MM),
         }
@@ -99,7 +99,8 @@ def _source(folder: Path, table: pd.DataFrame, best: pd.DataFrame) -> str:
         _figure(
             "winners.svg",
             "Best configuration of each requirement. Letters as in the table; the "
-            f"{len(NAMED_COLOURS)} that win most often are coloured, the rest grey. No cell: nothing is feasible.",
+            f"{len(NAMED_COLOURS)} that win most often are coloured, the rest grey. No cell, or a cross: nothing is "
+            "feasible.",
         ),
         _winners_table(best, letters),
         "= How good the winner is\n",
@@ -145,8 +146,8 @@ def _summary(table: pd.DataFrame, best: pd.DataFrame, planned: int) -> str:
         "["
         + text(
             f"{solved} requirements{unfinished}: {axes}. {len(table)} configuration problems: {statuses}. "
-            f"{len(best)} requirements have at least one feasible design; {best['configuration'].nunique()} "
-            f"configurations win somewhere, most often {best['configuration'].value_counts().index[0]}. The least "
+            f"{len(best)} requirements have at least one feasible design. Different winners: "
+            f"{best['configuration'].nunique()}, most often {best['configuration'].value_counts().index[0]}. The least "
             f"depth error of the sweep is {100 * least['depth_error_rms']:.3g} %, by {least['configuration']} "
             f"{least['height_mm']:.0f} mm tall."
         )
@@ -187,8 +188,10 @@ def _sensitivity_section(folder: Path, best: pd.DataFrame) -> str:
         return ""
     weight = slopes[keys].abs().mean().sort_values(ascending=False)
     keys = [str(key) for key in weight.index[:8]]
+    axes = axis_columns(best)
+    asked = {row["point"]: ", ".join(f"{row[axis]:.4g}" for axis in axes) for _, row in chosen.iterrows()}
     rows = [
-        [str(row["point"]), row["configuration"], *(_slope(1e4 * row[key]) for key in keys)]
+        [f"{row['point']}: {asked[row['point']]}", row["configuration"], *(_slope(1e4 * row[key]) for key in keys)]
         for _, row in slopes.iterrows()
     ]
     header = ", ".join(f"[#text({literal(short(key))})]" for key in keys)
@@ -197,13 +200,14 @@ def _sensitivity_section(folder: Path, best: pd.DataFrame) -> str:
         + text(
             "Change of the least depth error, in parts per ten thousand (0.01 percentage points of relative depth "
             "error), for one more unit (mm, degree or pixel) of each key: the Lagrange multipliers of the first "
-            "stage, at winners spread over the sweep. They hold while the same constraints hold the design."
+            "stage, at winners spread over the sweep. They hold while the same constraints hold the design. After the "
+            f"number of the point stands what was asked: {', '.join(short(axis) for axis in axes)}."
         )
         + "\n"
         + call(
             "ruled",
             columns=f"(auto, auto) + (1fr,) * {len(keys)}",
-            align=f"(right, left) + (right,) * {len(keys)}",
+            align=f"(left, left) + (right,) * {len(keys)}",
             header=f"([point], [configuration], {header},)",
             rows=cells(rows),
             size="7pt",

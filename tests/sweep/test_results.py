@@ -16,7 +16,7 @@ from designer.cli import cli
 from designer.design import Design
 from designer.files import InputError
 from designer.report.sweep import write_sweep_pdf
-from designer.report.sweep_figures import letters_of, short
+from designer.report.sweep_figures import draw_heat_map, draw_winner_map, letters_of, short
 from designer.study.compare import compare
 from designer.study.sweep.export import pareto
 from designer.study.sweep.store import FILE_NAME
@@ -76,6 +76,39 @@ def test_axis_titles_say_unit_and_end():
     assert short("asked.envelope.height_mm") == "allowed height (mm)"
     assert short("asked.working_volume.elevation_deg.1") == "elevation (high) (deg)"
     assert short("height_mm") == "height (mm)"
+
+
+def test_cells_of_a_map_touch_however_uneven_the_levels():
+    # 8, 10, 12 and 16 mm lenses: a gap between two cells would say that nothing is feasible there.
+    asked = pd.DataFrame([(x, y) for x in (8.0, 10.0, 12.0, 16.0) for y in (1.0, 2.0, 4.0)], columns=["a.x", "a.y"])
+    winners = asked.assign(configuration="A")
+    (panel,) = draw_winner_map(winners, asked, {"A": "A"}, 160.0).axes
+    cells = list(panel.patches)
+    assert len(cells) == 12
+    areas = [cell.get_width() * cell.get_height() for cell in cells]
+    (left, right), (low, high) = panel.get_xlim(), panel.get_ylim()
+    assert sum(areas) == pytest.approx((right - left) * (high - low))
+    for (_, row), cell in zip(asked.iterrows(), cells, strict=True):
+        assert cell.get_x() < row["a.x"] < cell.get_x() + cell.get_width()
+        assert cell.get_y() < row["a.y"] < cell.get_y() + cell.get_height()
+
+
+def test_points_without_a_winner_leave_their_cells_empty():
+    asked = pd.DataFrame([(x, y) for x in (1.0, 2.0, 3.0) for y in (1.0, 2.0)], columns=["a.x", "a.y"])
+    winners = asked[asked["a.x"] != 2.0].assign(configuration="A")
+    (panel,) = draw_winner_map(winners, asked, {"A": "A"}, 160.0).axes
+    assert sorted({(cell.get_x(), cell.get_width()) for cell in panel.patches}) == [(0.5, 1.0), (2.5, 1.0)]
+
+
+def test_a_hypercube_is_drawn_as_dots_over_each_pair_of_axes():
+    asked = pd.DataFrame(np.random.default_rng(3).random((9, 3)), columns=["a.x", "a.y", "a.z"])
+    winners = asked.iloc[:7].assign(configuration="A", height_mm=range(7))
+    panels = draw_winner_map(winners, asked, {"A": "A"}, 160.0).axes
+    for panel, pair in zip(panels, (["a.x", "a.y"], ["a.x", "a.z"], ["a.y", "a.z"]), strict=True):
+        found, missing = (np.asarray(dots.get_offsets()) for dots in panel.collections)
+        np.testing.assert_array_equal(found, asked[pair].to_numpy()[:7])
+        np.testing.assert_array_equal(missing, asked[pair].to_numpy()[7:])
+    assert len(draw_heat_map(winners, asked, "height_mm", "height (mm)", 160.0).axes) == 4
 
 
 def test_report_has_its_pages(finished_folder):
