@@ -30,6 +30,24 @@ def test_grid_is_a_tree_of_single_steps(lengths):
             assert sorted(steps) == [0] * (len(steps) - 1) + [1]
 
 
+@given(st.lists(st.integers(1, 5), min_size=3, max_size=3), st.integers(0, 4), st.integers(0, 4))
+def test_grid_is_rooted_where_its_axes_start(lengths, first, last):
+    starts = (min(first, lengths[0] - 1) + 1, None, min(last, lengths[2] - 1) + 1)
+    axes = [
+        Axis(key=key, values=list(range(1, n + 1)), **({} if start is None else {"start": start}))
+        for key, n, start in zip(KEYS, lengths, starts, strict=True)
+    ]
+    points = plan_points(SweepDefinition(name="s", requirement="r.toml", axis=axes))
+    (root,) = [point for point in points if point.parent is None]
+    assert tuple(root.coordinates.values()) == (starts[0], lengths[1] // 2 + 1, starts[2])
+    for point in points:
+        steps = 0
+        while point.parent is not None:
+            point, steps = points[point.parent], steps + 1
+        assert point is root
+        assert steps <= sum(lengths)
+
+
 @given(st.integers(2, 40), st.integers(1, 3), st.integers(0, 99))
 @settings(deadline=None, max_examples=30)
 def test_spanning_tree_is_as_short_as_scipys(count, axes, seed):

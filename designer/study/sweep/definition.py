@@ -43,6 +43,15 @@ class Axis(Part):
         Literal["linear", "logarithmic"],
         Field(default="linear", description="How the values of a range follow one another. Default: linear."),
     ]
+    start: Annotated[
+        float | None,
+        Field(
+            default=None,
+            description="The value at which a grid is searched from nothing; the others start from their neighbours. "
+            "The loosest serves best: designs follow a requirement that tightens, and rarely one that loosens. "
+            "Default: the middle.",
+        ),
+    ]
 
     @field_validator("values", mode="before")
     @classmethod
@@ -54,7 +63,7 @@ class Axis(Part):
             refuse("must be numbers that rise, each once")
         return numbers
 
-    @field_validator("low", "high", mode="before")
+    @field_validator("low", "high", "start", mode="before")
     @classmethod
     def _is_number(cls, value: object) -> object:
         return _ANY_NUMBER.check(value)
@@ -69,6 +78,7 @@ class Axis(Part):
         if self.values:
             if self.low is not None or self.high is not None or self.count is not None:
                 refuse("give either values, or low, high and count", "values", list(self.values))
+            self._check_start(self.values)
             return self
         if self.low is None or self.high is None:
             refuse("needs values, or low and high", "key", self.key)
@@ -76,7 +86,24 @@ class Axis(Part):
             refuse(f"must be less than high ({self.high:g})", "low", self.low)
         if self.spacing == "logarithmic" and self.low <= 0.0:
             refuse("must be above zero for logarithmic spacing", "low", self.low)
+        if self.count is None and self.start is not None:
+            refuse("belongs to a grid", "start", self.start)
+        if self.count is not None:
+            self._check_start(self.levels)
         return self
+
+    def _check_start(self, levels: tuple[float, ...]) -> None:
+        if self.start is not None and not any(math.isclose(self.start, level) for level in levels):
+            refuse(
+                f"must be one of the axis's values ({', '.join(f'{level:g}' for level in levels)})", "start", self.start
+            )
+
+    @property
+    def start_index(self) -> int:
+        """Which of the levels a grid starts from."""
+        if self.start is None:
+            return len(self.levels) // 2
+        return next(index for index, level in enumerate(self.levels) if math.isclose(self.start, level))
 
     @property
     def levels(self) -> tuple[float, ...]:

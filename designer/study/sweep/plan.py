@@ -50,22 +50,22 @@ def check_points(definition: SweepDefinition, base: Requirement, points: tuple[P
 
 
 def _grid(definition: SweepDefinition) -> tuple[Point, ...]:
-    """A grid whose root is its middle; every other point goes one step along its last axis that is off the middle."""
+    """A grid, rooted where its axes start; every other point goes one step along its last axis that is off the root."""
     levels = [axis.levels for axis in definition.axis]
     keys = [axis.key for axis in definition.axis]
     shape = tuple(len(level) for level in levels)
-    middle = tuple(length // 2 for length in shape)
+    root = tuple(axis.start_index for axis in definition.axis)
     points = []
     for number, place in enumerate(product(*(range(length) for length in shape))):
         coordinates = {key: level[index] for key, level, index in zip(keys, levels, place, strict=True)}
-        points.append(Point(number, coordinates, _towards(place, middle, shape)))
+        points.append(Point(number, coordinates, _towards(place, root, shape)))
     return tuple(points)
 
 
-def _towards(place: tuple[int, ...], middle: tuple[int, ...], shape: tuple[int, ...]) -> int | None:
+def _towards(place: tuple[int, ...], root: tuple[int, ...], shape: tuple[int, ...]) -> int | None:
     for axis in reversed(range(len(place))):
-        if place[axis] != middle[axis]:
-            step = 1 if middle[axis] > place[axis] else -1
+        if place[axis] != root[axis]:
+            step = 1 if root[axis] > place[axis] else -1
             nearer = (*place[:axis], place[axis] + step, *place[axis + 1 :])
             return int(np.ravel_multi_index(nearer, shape))
     return None
