@@ -77,7 +77,10 @@ def stack(values: Sequence[Scalar]) -> Scalar:
     """Stack floats or arrays of shape (n,) into rows of shape (rows, n or 1); symbols into a column vector."""
     if any(is_symbolic(value) for value in values):
         return _casadi().vertcat(*values)
-    return np.stack(np.broadcast_arrays(*(np.atleast_1d(value) for value in values)))
+    rows = [np.atleast_1d(value) for value in values]
+    if any(row.shape != rows[0].shape for row in rows):
+        rows = list(np.broadcast_arrays(*rows))
+    return np.stack(rows)
 
 
 def take(rows: Scalar, indices: Sequence[int]) -> Scalar:
