@@ -235,8 +235,7 @@ def _first_stage(requirement: Requirement, branch: _Branch, trail: Trail | None)
         if not trail.is_feasible:
             branch.miss = reached[0]
             return
-        # Most likely a constraint has closed in on the neighbour's designs; a look elsewhere need not be as long.
-        misses, rounds = reached, rounds[:1]
+        misses = reached
     variant = task.problem.variant
     key = zlib.crc32(f"{variant.configuration.name}/{variant.label}".encode())
     random = np.random.default_rng([requirement.solve.seed, key])
