@@ -66,21 +66,22 @@ class Attempt:
 def recording() -> Iterator[list[Instance]]:
     """Record every program that searches solve meanwhile."""
     instances: list[Instance] = []
-    run, solve_program = programs._run, programs._solve_program
+    run = programs._run
 
     def recorded_run(problem: Problem, menu: Menu, separators: Separators, *rest: Any) -> Any:
+        *given, solve_program = rest
+
         def recorded_solve(program: Program, arguments: dict[str, Array]) -> Any:
             instances.append(Instance(program, arguments, problem, menu, separators))
             return solve_program(program, arguments)
 
-        programs._solve_program = recorded_solve
-        return run(problem, menu, separators, *rest)
+        return run(problem, menu, separators, *given, recorded_solve)
 
     programs._run = recorded_run
     try:
         yield instances
     finally:
-        programs._run, programs._solve_program = run, solve_program
+        programs._run = run
 
 
 def ours(instance: Instance) -> Attempt:

@@ -14,7 +14,6 @@ Examples
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -152,20 +151,22 @@ def study(asked: Requirement, only: tuple[str, ...] = (), jobs: int | None = Non
     jobs
         Processes; one for each core if not given.
     """
+    from designer.study.child import cores
     from designer.study.folder import table
     from designer.study.run import solve_study
 
-    solved = solve_study(asked, jobs=jobs or os.cpu_count() or 1, only=only)
+    solved = solve_study(asked, jobs=jobs or cores(), only=only)
     designs = {each.configuration.name: each.design for each in solved.feasible if each.design is not None}
     return StudyResult(asked, table(solved.results), designs)
 
 
 def sweep(definition: str | Path, folder: str | Path, jobs: int | None = None) -> SweepResult:
     """Run a sweep, or go on where it was, and return what it found."""
+    from designer.study.child import cores
     from designer.study.sweep.definition import read_sweep
     from designer.study.sweep.run import run_sweep
 
-    run_sweep(*read_sweep(Path(definition)), Path(folder), jobs=jobs or os.cpu_count() or 1)
+    run_sweep(*read_sweep(Path(definition)), Path(folder), jobs=jobs or cores())
     return read_sweep_folder(folder)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -80,6 +79,7 @@ def study(
     _make_folder(folder)
 
     from designer.cli.progress import show_progress
+    from designer.study.child import cores
     from designer.study.run import run_study
 
     names = tuple(configuration.name for configuration in asked.configurations) if only else ()
@@ -148,12 +148,6 @@ def _make_folder(folder: Path) -> None:
             pass
     except OSError as error:
         raise InputError(f"{folder}: results cannot be written there: {error.strerror or error}") from None
-
-
-def cores() -> int:
-    """How many processes this one may keep busy."""
-    # Containers and schedulers often allow fewer cores than the machine has.
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _result(folder: Path, pdf: Path | None) -> str:

@@ -36,7 +36,7 @@ def sweep(
     quiet: bool,
 ) -> None:
     """Solve every configuration for many requirements; interrupted, the same command goes on where it was."""
-    from designer.cli.study import cores
+    from designer.study.child import cores
     from designer.study.sweep.definition import read_sweep
 
     definition, base = read_sweep(sweep)

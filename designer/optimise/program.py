@@ -104,7 +104,6 @@ class Outcome:
     objective: float
     converged: bool
     status: str
-    iterations: int
     slopes: NDArray[np.float64]
 
 
@@ -335,7 +334,6 @@ def _run(
         float(result["f"]),
         bool(stats["success"]),
         _ENDS.get(str(stats["return_status"]), str(stats["return_status"])),
-        int(stats["iter_count"]),
         -np.asarray(result["lam_p"]).ravel(),
     )
 

@@ -20,3 +20,9 @@ def begin_as_child() -> None:
 def _end_with(sentinel: int) -> None:
     multiprocessing.connection.wait([sentinel])
     os._exit(1)
+
+
+def cores() -> int:
+    """How many processes this one may keep busy."""
+    # Containers and schedulers often allow fewer cores than the machine has.
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
