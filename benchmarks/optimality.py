@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
 import click
@@ -52,6 +53,7 @@ Row = dict[str, str]
 @click.option("--impossible", default=10, show_default=True, help="How many pairs called impossible to try.")
 @click.option("--kind", "statuses", multiple=True, type=click.Choice(STATUSES), help="Only pairs of this status.")
 @click.option("--sample", type=int, help="Only so many pairs of each of the three kinds.")
+@click.option("--jobs", default=1, show_default=True, help="Runs at a time; our own times are taken before, alone.")
 @click.option("--only", "patterns", multiple=True, help="Only pairs REQUIREMENT/CONFIGURATION that contain this text.")
 @click.option("--results", type=click.Path(path_type=Path), default=RESULTS / "optimality.csv", show_default=True)
 def main(
@@ -61,6 +63,7 @@ def main(
     impossible: int,
     statuses: tuple[str, ...],
     sample: int | None,
+    jobs: int,
     patterns: tuple[str, ...],
     results: Path,
 ) -> None:
@@ -78,13 +81,17 @@ def main(
         if not statuses or ours.result.status in statuses
     ]
     click.echo(f"{len(chosen)} pairs, {seeds} seeds each, {budget:g} times our processor time", err=True)
-    for seed in range(1, seeds + 1):
-        for ours in chosen:
-            name = (ours.requirement.name, ours.configuration.name)
-            if (*name, budget, seed) not in done:
-                row = oppose(ours, budget, seed)
-                append(results, row)
-                click.echo(describe(row), err=True)
+    wanted = [
+        (ours, seed)
+        for seed in range(1, seeds + 1)
+        for ours in chosen
+        if (ours.requirement.name, ours.configuration.name, budget, seed) not in done
+    ]
+    with ProcessPoolExecutor(jobs) as pool:
+        for finished in as_completed([pool.submit(oppose, ours, budget, seed) for ours, seed in wanted]):
+            row = finished.result()
+            append(results, row)
+            click.echo(describe(row), err=True)
     summary = summarise(read(results))
     results.with_suffix(".txt").write_text(summary, encoding="utf-8")
     click.echo(summary)

@@ -9,6 +9,7 @@ directions, more or less aslant; and on contrast, since noise in the pixels matt
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -18,10 +19,9 @@ from designer.design import Design
 from designer.evaluate.depth import relative_depth_error, stereo_pair_of
 from designer.imaging.matching import ACCURATE_OPTIONS, MatchingOptions, contrast_of
 from designer.imaging.panorama import AZIMUTH_PADDING, Image
-from designer.imaging.render import ray_directions, render
+from designer.imaging.render import ray_directions, render_all
 from designer.imaging.render_sensor import Sensor as Detector
 from designer.imaging.render_sensor import expose
-from designer.imaging.scenes.library import calibration_world
 from designer.imaging.scenes.world import Array, World, first_surfaces
 from designer.imaging.sensor import Sensor, match_image, sample
 from designer.verify.surfaces import build_scene
@@ -73,24 +73,14 @@ def distance_bands(design: Design) -> Array:
     return np.geomspace(near, far, BANDS + 1)
 
 
-def calibrate_noise(
-    sensor: Sensor,
-    built: Design,
-    detector: Detector,
-    *,
-    samples: int = 2,
-    options: MatchingOptions = ACCURATE_OPTIONS,
-    seed: int = 1,
-) -> Noise:
-    """Measure the noise of a sensor's matches, recorded by the system ``built``.
+def calibrate_noise(sensor: Sensor, raw: Image, points: Array, options: MatchingOptions = ACCURATE_OPTIONS) -> Noise:
+    """Measure the noise of a sensor's matches in a raw image of the calibration scene.
 
     It is the robust standard deviation of the depth errors over what one pixel of noise would cause, in strips of
-    elevation and distance; and of what is left, in classes of contrast.
+    elevation and distance; and of what is left, in classes of contrast. ``points`` (3, columns, rows) are what the
+    upper panorama's pixels truly show.
     """
-    world = calibration_world(sensor.design, seed=seed)
-    raw = record(built, world, detector, samples, seed)
     matches = match_image(sensor, raw, options)
-    points = true_points(sensor, built, world)
     distance = np.hypot(points[0], points[1])
     normalised = (matches.distances_mm / distance - 1.0) / error_per_pixel(sensor, distance)
     rows = sensor.grid.rows
@@ -124,13 +114,22 @@ def contrast_in(sensor: Sensor, raw: Image, options: MatchingOptions) -> Array:
     return contrast_of(sample(sensor, raw)["upper"], options.window).astype(float)
 
 
-def record(design: Design, world: World, detector: Detector, samples: int, seed: int) -> Image:
-    """The raw image (h, w) in 8 bits that a system records of a world."""
-    return np.asarray(expose(render(design, world, samples=samples), detector, seed=seed), dtype=np.uint8)
+def record(
+    design: Design, worlds: Sequence[World], detector: Detector, samples: int, seeds: Sequence[int]
+) -> list[Image]:
+    """The raw images (h, w) in 8 bits that a system records of worlds, each with its seed of the detector's noise."""
+    rendered = render_all(design, worlds, samples=samples)
+    return [
+        np.asarray(expose(image, detector, seed=seed), dtype=np.uint8)
+        for image, seed in zip(rendered, seeds, strict=True)
+    ]
 
 
-def true_points(sensor: Sensor, built: Design, world: World) -> Array:
-    """What the upper panorama's pixels show, (3, columns, rows): traced from the raw image; NaN where another way."""
+def true_points(sensor: Sensor, built: Design, worlds: Sequence[World]) -> list[Array]:
+    """What the upper panorama's pixels show, (3, columns, rows), in each world; NaN where seen another way.
+
+    Traced from the pixels' places in the raw image, once for all worlds.
+    """
     table = sensor.tables["upper"]
     inner = slice(AZIMUTH_PADDING, -AZIMUTH_PADDING)
     u, v = table.u_px[inner].astype(float), table.v_px[inner].astype(float)
@@ -138,9 +137,13 @@ def true_points(sensor: Sensor, built: Design, world: World) -> Array:
     trace = trace_first_hits(scene, ray_directions(built.camera, u.ravel(), v.ravel(), None, None))
     path = scene.path(built.views.upper.path)
     seen = compare_with_path(trace, path).status == Status.OK
-    points = np.full((3, u.size), np.nan)
-    points[:, seen] = first_surfaces(world, trace.exit_point[seen].T, trace.exit_direction[seen].T).points
-    return points.reshape(3, *u.shape)
+    start, ahead = trace.exit_point[seen].T, trace.exit_direction[seen].T
+    found = []
+    for world in worlds:
+        points = np.full((3, u.size), np.nan)
+        points[:, seen] = first_surfaces(world, start, ahead).points
+        found.append(points.reshape(3, *u.shape))
+    return found
 
 
 def error_per_pixel(sensor: Sensor, distance: Array) -> Array:

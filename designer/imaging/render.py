@@ -7,7 +7,7 @@ centres at whole coordinates. Lengths in mm.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -71,7 +71,14 @@ def pupil_of(camera: Camera) -> Pupil:
 
 
 def render(design: Design, world: World, *, samples: int = 2, aperture: bool = False, seed: int = 0) -> Floats:
-    """The image (h, w) that the camera records, radiance 0 to 1, without sensor noise.
+    """The image (h, w) that the camera records of one world; the parameters are those of :func:`render_all`."""
+    return render_all(design, (world,), samples=samples, aperture=aperture, seed=seed)[0]
+
+
+def render_all(
+    design: Design, worlds: Sequence[World], *, samples: int = 2, aperture: bool = False, seed: int = 0
+) -> list[Floats]:
+    """The images (h, w) that the camera records of worlds, radiance 0 to 1, without sensor noise; traced once.
 
     Parameters
     ----------
@@ -85,7 +92,7 @@ def render(design: Design, world: World, *, samples: int = 2, aperture: bool = F
     camera = design.camera
     scene = build_scene(design)
     spacing = angular_spacing(design, scene)
-    image = np.zeros((camera.height_px, camera.width_px), dtype=np.float32)
+    images = [np.zeros((camera.height_px, camera.width_px), dtype=np.float32) for _ in worlds]
     pupil = pupil_of(camera) if aperture else None
     for block, (rows, columns) in enumerate(_pixel_blocks(camera, samples**2)):
         random = np.random.default_rng([seed, block])
@@ -94,10 +101,11 @@ def render(design: Design, world: World, *, samples: int = 2, aperture: bool = F
         trace = trace_first_hits(scene, ahead, starts)
         turn = spacing(np.hypot(*on_sensor(camera, u, v))) / samples
         for mirror_u, mirror_v in _REFLECTIONS:
-            seen = _seen(world, trace, turn, mirror_u, mirror_v)
             target = _reflected(camera, rows, columns, mirror_u, mirror_v)
-            image[target] = seen.reshape(-1, samples**2).mean(axis=1)
-    return image
+            for image, world in zip(images, worlds, strict=True):
+                seen = _seen(world, trace, turn, mirror_u, mirror_v)
+                image[target] = seen.reshape(-1, samples**2).mean(axis=1)
+    return images
 
 
 def ground_truth(design: Design, world: World) -> GroundTruth:

@@ -94,8 +94,8 @@ def test_normals_point_out_of_the_solid(shape: Shape) -> None:
     assert np.all(np.einsum("in,in->n", normals, directions[:, met]) < 0)
     assert not _is_inside(shape, places + 1e-6 * normals).any()
     assert _is_inside(shape, places - 1e-6 * normals).all()
-    centre, radius = shape.bounding_ball()
-    assert np.all(np.linalg.norm(places - centre[:, None], axis=0) <= radius * (1 + 1e-12))
+    centre, radius = shape.bounding_disc()
+    assert np.all(np.hypot(*(places[:2] - centre[:, None])) <= radius * (1 + 1e-12))
 
 
 @given(st.tuples(*[st.floats(-50, 50)] * 3), st.tuples(*[st.floats(-3, 3)] * 2), st.floats(1, 30), st.floats(1, 30))
@@ -222,6 +222,21 @@ def test_every_scene_surrounds_the_sensor_at_working_distances(name: str, protot
     if name != "cylinder":
         assert np.quantile(across, 0.9) / np.quantile(across, 0.1) > 1.4
         assert len(np.unique(hits.surface)) >= min(6, len(world.shapes))
+
+
+@pytest.mark.parametrize("name", SCENE_NAMES)
+def test_shapes_that_a_ray_does_not_head_for_are_left_out_rightly(name: str, prototype: Design) -> None:
+    """The first surface equals the nearest of all shapes asked in turn, for starts on and off the axis."""
+    world = build_world(name, prototype)
+    random = np.random.default_rng(8)
+    starts = random.uniform(-150, 150, (3, 3000))
+    directions = _unit(random.standard_normal((3, 3000)))
+    directions[:, :2] = [[-1.0, 0.0], [0.0, 0.0], [0.0, 1.0]]
+    hits = first_surfaces(world, starts, directions)
+    distances = np.stack([shape.distances(starts, directions) for shape in world.shapes])
+    np.testing.assert_allclose(hits.distance, distances.min(axis=0), rtol=1e-12)
+    met = np.isfinite(hits.distance)
+    np.testing.assert_array_equal(hits.surface[met], distances.argmin(axis=0)[met])
 
 
 @pytest.mark.parametrize(

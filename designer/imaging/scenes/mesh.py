@@ -43,16 +43,16 @@ class TriangleMesh:
         """Unit normals (3, n) where rays along ``directions`` meet the mesh in ``points`` (3, n)."""
         return np.asarray(self.mesh.face_normals[self._triangles_at(points, directions)].T)
 
-    def bounding_ball(self) -> tuple[Array, float]:
-        """Centre (3,) and radius in mm of a ball that holds the mesh."""
-        low, high = self.mesh.bounds
-        return np.asarray((low + high) / 2.0), float(np.linalg.norm(high - low) / 2.0)
+    def bounding_disc(self) -> tuple[Array, float]:
+        """Centre (2,) and radius in mm of a disc that holds the mesh seen along the z axis."""
+        low, high = self.mesh.bounds[:, :2]
+        return np.asarray((low + high) / 2.0), float(np.hypot(*(high - low)) / 2.0)
 
     def _first_triangles(self, points: Array, directions: Array) -> NDArray[np.intp]:
         return np.asarray(self.mesh.ray.intersects_first(points.T, directions.T), dtype=np.intp)
 
     def _triangles_at(self, points: Array, directions: Array) -> NDArray[np.intp]:
-        back = STEP_BACK * self.bounding_ball()[1]
+        back = STEP_BACK * float(self.mesh.scale) / 2.0
         return np.maximum(self._first_triangles(points - back * directions, directions), 0)
 
 

@@ -31,8 +31,8 @@ class Shape(Protocol):
         """Outward unit normals (3, n) where rays along ``directions`` meet the surface in ``points`` (3, n)."""
         ...
 
-    def bounding_ball(self) -> tuple[Array, float]:
-        """Centre (3,) and radius in mm of a ball that holds the whole shape."""
+    def bounding_disc(self) -> tuple[Array, float]:
+        """Centre (2,) and radius in mm of a disc that holds the whole shape as seen along the z axis."""
         ...
 
 
@@ -69,11 +69,10 @@ class Rectangle:
         """Unit normals (3, n): width x height."""
         return np.broadcast_to(self._normal()[:, None], points.shape)
 
-    def bounding_ball(self) -> tuple[Array, float]:
-        """Centre (3,) and radius in mm of a ball that holds the rectangle."""
-        return np.asarray(self.centre), float(
-            np.hypot(np.linalg.norm(self.half_width), np.linalg.norm(self.half_height))
-        )
+    def bounding_disc(self) -> tuple[Array, float]:
+        """Centre (2,) and radius in mm of a disc that holds the rectangle seen along the z axis."""
+        width, height = np.asarray(self.half_width[:2]), np.asarray(self.half_height[:2])
+        return np.asarray(self.centre[:2]), float(max(np.hypot(*(width + height)), np.hypot(*(width - height))))
 
     def _normal(self) -> Array:
         normal = np.cross(self.half_width, self.half_height)
@@ -112,9 +111,9 @@ class Box:
         normal[axis, columns] = np.sign(place[axis, columns])
         return _about_vertical(normal, float(np.radians(self.yaw_deg)))
 
-    def bounding_ball(self) -> tuple[Array, float]:
-        """Centre (3,) and radius in mm of a ball that holds the box."""
-        return (np.asarray(self.high) + np.asarray(self.low)) / 2.0, float(np.linalg.norm(self._half()))
+    def bounding_disc(self) -> tuple[Array, float]:
+        """Centre (2,) and radius in mm of a disc that holds the box seen along the z axis."""
+        return (np.asarray(self.high[:2]) + np.asarray(self.low[:2])) / 2.0, float(np.hypot(*self._half()[:2]))
 
     def _half(self) -> Array:
         return np.asarray((np.asarray(self.high) - np.asarray(self.low)) / 2.0)
@@ -146,9 +145,9 @@ class Sphere:
         """Outward unit normals (3, n)."""
         return np.asarray((points - np.asarray(self.centre)[:, None]) / self.radius)
 
-    def bounding_ball(self) -> tuple[Array, float]:
-        """Centre (3,) and radius in mm: the sphere itself."""
-        return np.asarray(self.centre), self.radius
+    def bounding_disc(self) -> tuple[Array, float]:
+        """Centre (2,) and radius in mm of the sphere's outline seen along the z axis."""
+        return np.asarray(self.centre[:2]), self.radius
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,11 +195,10 @@ class Cylinder:
         cap = axis[:, None] * np.sign(along - length / 2.0)
         return np.asarray(np.where(beyond > depth, cap, across))
 
-    def bounding_ball(self) -> tuple[Array, float]:
-        """Centre (3,) and radius in mm of a ball that holds the cylinder."""
-        return (np.asarray(self.start) + np.asarray(self.end)) / 2.0, float(
-            np.hypot(self._axis()[1] / 2.0, self.radius)
-        )
+    def bounding_disc(self) -> tuple[Array, float]:
+        """Centre (2,) and radius in mm of a disc that holds the cylinder seen along the z axis."""
+        start, end = np.asarray(self.start[:2]), np.asarray(self.end[:2])
+        return (start + end) / 2.0, float(np.hypot(*(end - start)) / 2.0 + self.radius)
 
     def _axis(self) -> tuple[Array, float]:
         axis = np.asarray(self.end) - np.asarray(self.start)

@@ -62,15 +62,13 @@ def first_surfaces(world: World, points: Array, directions: Array) -> Hits:
     count = points.shape[1]
     distance = np.full(count, np.inf)
     surface = np.full(count, -1, dtype=np.intp)
-    start_squared = np.einsum("in,in->n", points, points)
-    start_along = np.einsum("in,in->n", points, directions)
+    # Rays start near the axis and most pass by most shapes: sorted by azimuth, those that may not are found at once.
+    azimuth = np.arctan2(directions[1], directions[0])
+    order = np.argsort(azimuth)
+    azimuth = azimuth[order]
+    farthest_start = float(np.hypot(points[0], points[1]).max(initial=0.0))
     for index, shape in enumerate(world.shapes):
-        # Most rays pass by the ball around most shapes: a cheap test, made wider than rounding.
-        centre, radius = shape.bounding_ball()
-        along = centre @ directions - start_along
-        across_squared = centre @ centre - 2.0 * (centre @ points) + start_squared - along * along
-        reach = radius * (1.0 + 1e-6) + 1e-6
-        rays = np.flatnonzero((across_squared <= reach * reach) & (along >= -reach) & (along - reach <= distance))
+        rays = order[_towards(azimuth, farthest_start, *shape.bounding_disc())]
         if rays.size:
             reached = shape.distances(points[:, rays], directions[:, rays])
             nearer = reached < distance[rays]
@@ -79,6 +77,24 @@ def first_surfaces(world: World, points: Array, directions: Array) -> Hits:
     places = points + np.where(surface >= 0, distance, np.nan) * directions
     turned = places if world.turns is None else np.einsum("nij,jn->in", world.turns[surface], places)
     return Hits(distance, surface, places, turned + world.offsets[surface].T, directions)
+
+
+def _towards(azimuth: Array, farthest_start: float, centre: Array, radius: float) -> Indices:
+    """Which rays of sorted azimuths (n,) may meet a disc in the horizontal plane: those that head there.
+
+    A ray that starts at most ``farthest_start`` from the axis meets the disc only if its azimuth differs from that of
+    the centre by no more than asin((radius + farthest start) / distance of the centre).
+    """
+    away = float(np.hypot(*centre))
+    reach = radius + farthest_start
+    if reach >= away:
+        return np.arange(azimuth.size)
+    # A little wider, for rounding.
+    half = np.arcsin(reach / away) + 1e-6
+    middle = np.arctan2(centre[1], centre[0])
+    turns = (-2.0 * np.pi, 0.0, 2.0 * np.pi)
+    limits = [np.searchsorted(azimuth, (middle - half + turn, middle + half + turn)) for turn in turns]
+    return np.concatenate([np.arange(low, high) for low, high in limits])
 
 
 def radiance(world: World, hits: Hits, spread: Array) -> Floats:
