@@ -89,16 +89,11 @@ def _how_good_the_score_is(summary: dict[str, Any], measured: dict[str, float | 
 
 def _monte_carlo(design: Design) -> dict[str, float | None]:
     """The middle 68.27 percent of relative depth errors over the volume, and the share of points without a distance."""
-    import numpy as np
-
-    from designer.verify.montecarlo import depth_error_monte_carlo
+    from designer.verify.montecarlo import depth_error_monte_carlo, middle_of
 
     samples = 20_000
-    found = depth_error_monte_carlo(design, samples)
-    # A negative distance is no distance: the two rays part.
-    errors = found.relative_errors[found.relative_errors > -1.0]
-    low, high = np.quantile(errors, (0.15865, 0.84135)) if errors.size else (None, None)
-    return {"low": low, "high": high, "lost": 1.0 - errors.size / samples}
+    low, high, lost = middle_of(depth_error_monte_carlo(design, samples))
+    return {"low": low, "high": high, "lost": lost}
 
 
 def _percent(value: float | None) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import typst
 
+from designer.evaluate.depth import FIRST_ORDER_BOUND
 from designer.files import InputError, write_atomically
 from designer.report.figures.style import report_style, svg_bytes
 from designer.report.sweep_figures import (
@@ -139,6 +140,13 @@ def _summary(table: pd.DataFrame, best: pd.DataFrame, planned: int) -> str:
         f"{short(axis)} {table[axis].min():g} to {table[axis].max():g} ({table[axis].nunique()} values)"
         for axis in axis_columns(table)
     )
+    bent = int((~best["first_order_valid"].astype(bool)).sum())
+    beyond = (
+        f" Depth errors are first order; in {bent} of these requirements the winner's worst point is beyond "
+        f"{100 * FIRST_ORDER_BOUND:g} %, where that is too little."
+        if bent
+        else ""
+    )
     unfinished = f" of {planned} planned" if solved < planned else ""
     return call(
         "boxed",
@@ -149,7 +157,7 @@ def _summary(table: pd.DataFrame, best: pd.DataFrame, planned: int) -> str:
             f"{len(best)} requirements have at least one feasible design. Different winners: "
             f"{best['configuration'].nunique()}, most often {best['configuration'].value_counts().index[0]}. The least "
             f"depth error of the sweep is {100 * least['depth_error_rms']:.3g} %, by {least['configuration']} "
-            f"{least['height_mm']:.0f} mm tall."
+            f"{least['height_mm']:.0f} mm tall.{beyond}"
         )
         + "]",
     )

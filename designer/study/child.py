@@ -1,12 +1,57 @@
-"""How a process that works for a study begins: deaf to Ctrl-C, and bound to the process that started it."""
+"""Processes that work for a study: how many, and how one begins, deaf to Ctrl-C and bound to who started it."""
 
 from __future__ import annotations
 
 import multiprocessing
 import multiprocessing.connection
+import multiprocessing.forkserver
 import os
 import signal
 import threading
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+
+
+def build_pool(jobs: int, preload: str) -> ProcessPoolExecutor:
+    """A pool whose processes come from a server that has imported the module ``preload`` once."""
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload([preload])
+    if _is_main_thread():
+        # Ctrl-C reaches every process of a terminal: while it imports, the server would die of it, loudly.
+        previous = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        multiprocessing.forkserver.ensure_running()
+        signal.signal(signal.SIGINT, previous)
+    return ProcessPoolExecutor(jobs, mp_context=context, initializer=begin_as_child)
+
+
+@contextmanager
+def interrupts_held_back() -> Iterator[None]:
+    """Let Ctrl-C and SIGTERM wait until the end: around handing out work, which may start a process.
+
+    Interrupted halfway, that process would be nobody's to end, and would find what it needs gone.
+    """
+    if not _is_main_thread():
+        yield
+        return
+    waiting: list[int] = []
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    previous = [signal.signal(number, lambda number, frame: waiting.append(number)) for number in numbers]
+    try:
+        yield
+    finally:
+        for number, handler in zip(numbers, previous, strict=True):
+            signal.signal(number, handler)
+    for held_back in waiting:
+        signal.raise_signal(held_back)
+
+
+def stop_pool(pool: ProcessPoolExecutor) -> None:
+    """End every process of a pool at once, whatever it is doing."""
+    # None once the pool has broken.
+    for process in list((pool._processes or {}).values()):
+        process.terminate()
+    pool.shutdown(wait=False, cancel_futures=True)
 
 
 def begin_as_child() -> None:
@@ -20,6 +65,11 @@ def begin_as_child() -> None:
 def _end_with(sentinel: int) -> None:
     multiprocessing.connection.wait([sentinel])
     os._exit(1)
+
+
+def _is_main_thread() -> bool:
+    """Whether this is the thread that may handle signals, and that they interrupt."""
+    return threading.current_thread() is threading.main_thread()
 
 
 def cores() -> int:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -14,7 +13,7 @@ from typing import Any
 
 from designer.optimise.front import FrontPoint
 from designer.requirement import Requirement
-from designer.study.child import begin_as_child
+from designer.study.child import build_pool, interrupts_held_back, stop_pool
 from designer.study.folder import write_folder
 from designer.study.progress import Progress
 from designer.study.ranking import rank
@@ -117,13 +116,14 @@ def workers(jobs: int) -> Iterator[Callable[..., Future[Any]]]:
     One job is a process of its own too: CasADi swallows a signal that comes while it solves in the main thread, and a
     thread beside it could not be stopped.
     """
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["designer.study.task"])
-    with ProcessPoolExecutor(jobs, mp_context=context, initializer=begin_as_child) as pool:
+
+    def submit(function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        with interrupts_held_back():
+            return pool.submit(function, *arguments)
+
+    with build_pool(jobs, "designer.study.task") as pool:
         try:
-            yield pool.submit
+            yield submit
         except BaseException:
-            for process in list(getattr(pool, "_processes", {}).values()):
-                process.terminate()
-            pool.shutdown(wait=False, cancel_futures=True)
+            stop_pool(pool)
             raise

@@ -76,6 +76,20 @@ def depth_error_by_distance(
     )
 
 
+def middle_of(found: DepthErrors, share: float = 0.6827) -> tuple[float | None, float | None, float]:
+    """The ends of the middle share of relative depth errors, and the share of points that have no distance.
+
+    A negative distance is none: the two rays part. The ends are None where no point has a distance.
+    """
+    errors = found.relative_errors[found.relative_errors > -1.0]
+    samples = found.relative_errors.size + found.lost
+    lost = 1.0 - errors.size / samples if samples else 1.0
+    if not errors.size:
+        return None, None, lost
+    low, high = np.quantile(errors, ((1.0 - share) / 2.0, (1.0 + share) / 2.0))
+    return float(low), float(high), lost
+
+
 def project(design: Design, view_name: str, distances_mm: ArrayLike, heights_mm: ArrayLike) -> Array:
     """Angles psi (n,) in radians of the pinhole rays that the traced mirrors send to points; NaN where none goes.
 

@@ -117,6 +117,26 @@ def stop(process: subprocess.Popen[bytes], number: signal.Signals, after_seconds
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("command", ["study", "sweep"])
+def test_an_interrupt_while_processes_start_is_answered_in_one_line(command, tmp_path):
+    """Ctrl-C reaches the whole process group: the server that imports, and a process that is on its way."""
+    asked = REQUIREMENT if command == "study" else REQUIREMENT.parent / "sweeps" / "lens_and_baseline.toml"
+    for tenths in range(2, 22, 3):
+        process = subprocess.Popen(
+            [COMMAND, command, asked, "--out", tmp_path / "out", "--jobs", "2", "--no-pdf", "--quiet"],
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+        assert process.stderr is not None
+        time.sleep(tenths / 10.0)
+        os.killpg(process.pid, signal.SIGINT)
+        errors = process.communicate(timeout=30)[1]
+        # Before its own first line Python itself answers.
+        assert tenths < 5 or (process.returncode, errors) == (130, "designer: interrupted\n")
+
+
+@pytest.mark.slow
 def test_termination_does_not_wait_for_the_running_solve(tmp_path):
     """With one job too: the second configuration takes most of a minute with so many starts."""
     requirement = tmp_path / "long.toml"

@@ -10,7 +10,6 @@ import pandas as pd
 import pytest
 
 from designer.files import InputError
-from designer.study.sweep import run as running
 from designer.study.sweep.definition import read_sweep
 from designer.study.sweep.export import read_sweep_results
 from designer.study.sweep.run import run_sweep
@@ -40,18 +39,16 @@ def test_sweep_finds_designs_and_ranks_them(undisturbed):
     assert by_baseline.is_monotonic_decreasing
 
 
-def test_resumed_equals_undisturbed_and_finished_is_not_computed_twice(quick_sweep, tmp_path, undisturbed, monkeypatch):
+def test_resumed_equals_undisturbed_and_finished_is_not_computed_twice(quick_sweep, tmp_path, undisturbed):
     definition, base = read_sweep(quick_sweep)
     for tasks in (1, 4):
         with pytest.raises(Interruption):
             run_sweep(definition, base, tmp_path / "out", progress=interrupt_after(tasks))
     solved = []
-    solve = running.solve_task
-    monkeypatch.setattr(running, "solve_task", lambda *arguments: solved.append(arguments[1]) or solve(*arguments))
-    run_sweep(definition, base, tmp_path / "out")
-    assert len(solved) == 5
-    run_sweep(definition, base, tmp_path / "out")
-    assert len(solved) == 5
+    run_sweep(definition, base, tmp_path / "out", progress=lambda state: solved.append(state.done))
+    assert solved == [5, 6, 7, 8, 9]
+    run_sweep(definition, base, tmp_path / "out", progress=lambda state: solved.append(state.done))
+    assert solved == [5, 6, 7, 8, 9]
     pd.testing.assert_frame_equal(read_sweep_results(tmp_path / "out"), undisturbed, check_exact=True)
 
 

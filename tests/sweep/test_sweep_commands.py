@@ -7,14 +7,14 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from click.testing import CliRunner
-from conftest import CONFIGS
 
 from designer.cli import cli
 from designer.study.sweep import cluster, run
 from designer.study.sweep.export import read_sweep_results
 from designer.study.sweep.store import FILE_NAME
-from designer.study.sweep.workers import Here
+from designer.study.sweep.workers import local_workers
 
+CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 TINY = """
 requirement = "base.toml"
 [[axis]]
@@ -114,7 +114,8 @@ def test_a_cluster_gets_what_is_asked_and_does_the_work(words, asked, tiny, monk
     @contextmanager
     def cluster_workers(scheduler, workers):
         seen.append((scheduler, workers))
-        yield Here()
+        with local_workers(1) as crew:
+            yield crew
 
     monkeypatch.setattr(cluster, "cluster_workers", cluster_workers)
     result = invoke("sweep", tiny, *words, "--no-pdf", "--quiet", "--out", "clustered")

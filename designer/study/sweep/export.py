@@ -49,6 +49,7 @@ def read_sweep_results(folder: Path) -> pd.DataFrame:
     asked = pd.DataFrame({f"{_ASKED}{key}": [coordinates[point][key] for point in frame["point"]] for key in keys})
     numbers = [name for name, kind in RESULT_COLUMNS.items() if kind == "REAL"]
     frame[numbers] = frame[numbers].astype(float)
+    frame["first_order_valid"] = frame["first_order_valid"].astype("boolean")
     ranks = _ranks(frame, base)
     return pd.concat([frame[["point"]], asked, ranks, frame[list(RESULT_COLUMNS)]], axis=1)
 

@@ -14,6 +14,7 @@ from typing import Any
 
 from designer.configurations import Configuration
 from designer.design import Design
+from designer.evaluate.depth import FIRST_ORDER_BOUND, noise_mm_of, stereo_pair_of, volume_of, worst_depth_error
 from designer.optimise.box import limit_of
 from designer.optimise.menu import Separators
 from designer.optimise.search import SearchResult, Trail, search
@@ -105,9 +106,12 @@ def _scores(result: SearchResult, record: Design) -> dict[str, Any]:
     assert result.first is not None
     best, first = result.best, result.first
     values, problem = best.values, best.problem
+    worst = worst_depth_error(stereo_pair_of(record), volume_of(record), noise_mm_of(record))
     limit = float(limit_of(problem.variant, problem.rules, values["baseline"], values["principal_distance"]))
     return {
         "depth_error_rms": best.goals["depth_error"],
+        "depth_error_worst": worst,
+        "first_order_valid": int(worst <= FIRST_ORDER_BOUND),
         "limit_ratio": best.goals["depth_error"] / limit,
         "baseline_mm": values["baseline"],
         "height_mm": best.goals["height"],

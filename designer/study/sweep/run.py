@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -19,10 +20,11 @@ from designer.study.sweep.plan import check_points, plan_points
 from designer.study.sweep.point import TaskResult, chunks_of, solve_task
 from designer.study.sweep.schedule import Schedule, TaskKey
 from designer.study.sweep.store import Store, open_store
-from designer.study.sweep.workers import Here, Processes, Workers, local_workers
+from designer.study.sweep.workers import Processes, Workers, local_workers
 
 # A task that takes its process down with it each time is not tried for ever.
 MOST_LOST_WORKERS = 20
+LATEST_TASKS = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +59,7 @@ def run_sweep(
     folder
         Where the store and the tables go.
     jobs
-        Processes; 1 works in this one. Results do not depend on it.
+        How many processes. Results do not depend on it.
     workers
         Where to run instead, such as a cluster.
     progress
@@ -94,8 +96,10 @@ def _work(
     coordinates: dict[int, dict[str, float]],
     progress: ProgressCallback | None,
 ) -> None:
-    started, already, lost = time.perf_counter(), len(schedule.finished), 0
+    lost = 0
     feasible = store.feasible_count()
+    # The first tasks start cold and take many times as long: time left is told by the latest.
+    latest = deque([time.perf_counter()], maxlen=LATEST_TASKS)
     running: dict[Future[TaskResult], TaskKey] = {}
     while schedule or running:
         try:
@@ -113,10 +117,10 @@ def _work(
                 store.add(*task, result)
                 schedule.finish(task)
                 feasible += sum(row["status"] == "feasible" for row in result.rows)
+                latest.append(time.perf_counter())
                 if progress is not None:
                     done = len(schedule.finished)
-                    elapsed = time.perf_counter() - started
-                    remaining = elapsed / (done - already) * (schedule.total - done)
+                    remaining = (latest[-1] - latest[0]) / (len(latest) - 1) * (schedule.total - done)
                     chunks = schedule.total / len(coordinates)
                     progress(SweepProgress(done, schedule.total, 1.0 / chunks, feasible, remaining))
         except BrokenProcessPool:
@@ -140,7 +144,7 @@ def _take_what_is_whole(running: dict[Future[TaskResult], TaskKey], store: Store
 
 
 def _submit(
-    workers: Here | Processes | Workers,
+    workers: Workers,
     store: Store,
     schedule: Schedule,
     base: Requirement,

@@ -24,6 +24,8 @@ RESULT_COLUMNS = {
     "status": "TEXT",
     "reason": "TEXT",
     "depth_error_rms": "REAL",
+    "depth_error_worst": "REAL",
+    "first_order_valid": "INTEGER",
     "limit_ratio": "REAL",
     "baseline_mm": "REAL",
     "height_mm": "REAL",

@@ -1,14 +1,13 @@
-"""Where the tasks of a sweep run: here, in processes of this machine, or on a cluster (see ``cluster``)."""
+"""Where the tasks of a sweep run: in processes of this machine, or on a cluster (see ``cluster``)."""
 
 from __future__ import annotations
 
-import multiprocessing
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from typing import Any, Protocol
 
-from designer.study.child import begin_as_child
+from designer.study.child import build_pool, interrupts_held_back, stop_pool
 
 
 class Workers(Protocol):
@@ -22,20 +21,11 @@ class Workers(Protocol):
         """Start a task."""
 
 
-class Here:
-    """Runs each task in this process, at once."""
-
-    capacity = 1
-
-    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        """Run a task."""
-        future: Future[Any] = Future()
-        future.set_result(function(*arguments))
-        return future
-
-
 class Processes:
-    """A pool of processes that is built anew when one of them dies."""
+    """A pool of processes that is built anew when one of them dies.
+
+    One job is a process of its own too: CasADi swallows a signal that comes while it solves in the main thread.
+    """
 
     def __init__(self, jobs: int) -> None:
         self.jobs = jobs
@@ -44,7 +34,8 @@ class Processes:
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """Start a task; raises BrokenProcessPool if a process has died."""
-        return self._pool.submit(function, *arguments)
+        with interrupts_held_back():
+            return self._pool.submit(function, *arguments)
 
     def rebuild(self) -> None:
         """Replace a broken pool."""
@@ -53,26 +44,19 @@ class Processes:
 
     def stop(self) -> None:
         """End every process at once."""
-        for process in list(getattr(self._pool, "_processes", None) or {}.values()) if self._pool else []:
-            process.terminate()
-        self._pool.shutdown(wait=False, cancel_futures=True)
+        stop_pool(self._pool)
 
     def finish(self) -> None:
         """Let the processes end."""
         self._pool.shutdown()
 
     def _build(self) -> ProcessPoolExecutor:
-        context = multiprocessing.get_context("forkserver")
-        context.set_forkserver_preload(["designer.study.sweep.point"])
-        return ProcessPoolExecutor(self.jobs, mp_context=context, initializer=begin_as_child)
+        return build_pool(self.jobs, "designer.study.sweep.point")
 
 
 @contextmanager
-def local_workers(jobs: int) -> Iterator[Here | Processes]:
+def local_workers(jobs: int) -> Iterator[Processes]:
     """Workers on this machine; interruption stops them all."""
-    if jobs == 1:
-        yield Here()
-        return
     processes = Processes(jobs)
     try:
         yield processes
