@@ -3,20 +3,23 @@
 Every mirror is written in its own frame, vertex at the origin and optical axis along z, and may be posed anywhere.
 In that frame its face is the vertex sheet of c (x^2 + y^2 + k z^2) = 2 z, with c = 1/radius (0 for a plane) and
 k = 1 + conic constant; on it 1 - k c z >= 0, and on the other sheet of a hyperboloid (or beyond the equator of an
-ellipsoid) 1 - k c z < 0. Lengths in mm. Rays are held as three rows (x, y, z) of n columns.
+ellipsoid) 1 - k c z < 0. Lengths in mm. Rays are held as three rows (x, y, z) of n columns. In an aligned scene, where
+everything is round about the axis, rays from the axis stay in their meridional planes: they are held as two rows
+(r, z), with r the signed distance from the axis, and their start as the one row z. Every function here takes either.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from designer.design import Design, Mirror
+from designer.verify.conics import Array as Array
+from designer.verify.conics import Rays, Rows, along, dot, ends, mirrored, quadratic, reflecting_root
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 BARREL = "lens barrel"
@@ -175,13 +178,13 @@ def build_scene(design: Design, poses: Mapping[str, Pose] | None = None) -> Scen
     )
 
 
-def first_hits(scene: Scene, points: Array, directions: Array, left: Indices, *, camera: bool) -> tuple[Array, Indices]:
+def first_hits(scene: Scene, points: Rows, directions: Rows, left: Indices, *, camera: bool) -> tuple[Array, Indices]:
     """Distance to the first surface on each ray, and the row of that surface in ``scene.elements``.
 
     Parameters
     ----------
     points, directions
-        Shape (3, n), world frame; directions are unit vectors.
+        Rows (n,), world frame; directions are unit vectors.
     left
         Shape (n,): the mirror whose face the ray has just left, or -1.
     camera
@@ -193,11 +196,11 @@ def first_hits(scene: Scene, points: Array, directions: Array, left: Indices, *,
     """
     count = len(scene.mirrors)
     conics = scene.conics
-    x, y, z, dx, dy, dz = _in_frames(scene, conics.frame, points, directions)
-    z = z - conics.offset[:, None]
-    plus, minus = _conic_roots(conics, x, y, z, dx, dy, dz, left)
-    plus = _within_conic(conics, plus, x, y, z, dx, dy, dz)
-    minus = _within_conic(conics, minus, x, y, z, dx, dy, dz)
+    rays = _in_frames(scene, conics.frame, points, directions)
+    rays = replace(rays, height=rays.height - conics.offset[:, None])
+    plus, minus = _conic_roots(conics, rays, left)
+    plus = _within_conic(conics, plus, rays)
+    minus = _within_conic(conics, minus, rays)
     looks_up = scene.facing[:, None] > 0.0
     fronts = np.where(looks_up, plus[:count], minus[:count])
     rears = np.where(looks_up, minus[:count], plus[:count])
@@ -206,11 +209,11 @@ def first_hits(scene: Scene, points: Array, directions: Array, left: Indices, *,
     walls = scene.cylinders
     kept = slice(None) if camera else slice(0, len(walls.radius) - 2)
     if camera or len(walls.radius) > 2:
-        distances.append(_cylinder_hits(scene, walls, kept, points, directions))
+        distances.append(_cylinder_hits(walls, kept, _in_frames(scene, walls.frame[kept], points, directions)))
     if camera:
-        reach = (scene.discs.height[:, None] - points[2]) / directions[2]
-        across = (points[0] + reach * directions[0]) ** 2 + (points[1] + reach * directions[1]) ** 2
-        met = (reach > NEAREST_HIT_MM) & (across <= scene.discs.outer[:, None] ** 2)
+        reach = (scene.discs.height[:, None] - points[-1]) / directions[-1]
+        *across, _ = ends(Rays(points[:-1], points[-1], directions[:-1], directions[-1]), reach)
+        met = (reach > NEAREST_HIT_MM) & (dot(across, across) <= scene.discs.outer[:, None] ** 2)
         distances.append(np.where(met, reach, np.inf))
 
     stacked = np.concatenate(distances)
@@ -219,97 +222,69 @@ def first_hits(scene: Scene, points: Array, directions: Array, left: Indices, *,
     return nearest, np.where(np.isfinite(nearest), row, -1)
 
 
-def reflect(scene: Scene, face: Indices | int, points: Array, directions: Array) -> Array:
-    """Directions (3, n) after reflection at points (3, n) of the faces with these indices: d - 2 (d.n) n."""
-    curvature = scene.conics.curvature[face]
-    squeeze = scene.conics.squeeze[face]
-    local = points - scene.origins[face].T.reshape(3, -1)
-    if not scene.is_aligned:
-        local = _turned(scene.rotations[face], local, back=True)
-    normal = np.stack([curvature * local[0], curvature * local[1], curvature * squeeze * local[2] - 1.0])
-    if not scene.is_aligned:
-        normal = _turned(scene.rotations[face], normal, back=False)
-    projection = normal[0] * directions[0] + normal[1] * directions[1] + normal[2] * directions[2]
-    length_squared = normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2
-    return np.asarray(directions - normal * (2.0 * projection / length_squared))
+def reflect(scene: Scene, faces: Indices, points: Array, directions: Array) -> Array:
+    """Directions (2 or 3, n) after reflection at points (2 or 3, n) of the faces (n,): d - 2 (d.n) n."""
+    curvature = scene.conics.curvature[faces]
+    squeeze = scene.conics.squeeze[faces]
+    if scene.is_aligned:
+        rows = [*points[:-1], points[-1] - scene.origins[faces, 2]]
+        return np.stack(mirrored(curvature, squeeze, rows, directions))
+    turns = scene.rotations[faces]
+    local = _turned(turns, points - scene.origins[faces].T, back=True)
+    return _turned(turns, np.stack(mirrored(curvature, squeeze, local, _turned(turns, directions, back=True))))
 
 
-def face_hits(scene: Scene, face: int, points: Array, directions: Array, *, aperture: bool) -> Array:
-    """Distance (n,) to one mirror's face, met from its reflecting side; NaN where the ray misses it.
+def meet_face(
+    scene: Scene, face: int, points: Rows, directions: Rows, *, aperture: bool
+) -> tuple[list[Array], list[Array]]:
+    """Points on one mirror's face, met from its reflecting side, and the directions after it: rows of shape (n,).
 
-    A straight line meets the reflecting side of a conic's vertex sheet at most once, where the derivative of
-    the conic's equation along the ray has the sign of the side: one root is enough.
+    Both are NaN where the ray misses the face. A straight line meets the reflecting side of a conic's vertex sheet
+    at most once, where the derivative of the conic's equation along the ray has the sign of the side: one root is
+    enough.
     """
     conics = scene.conics
     curvature, squeeze = conics.curvature[face], conics.squeeze[face]
-    x, y, z = points - scene.origins[face][:, None]
-    dx, dy, dz = directions
-    if not scene.is_aligned:
-        x, y, z = _turned(scene.rotations[face], np.stack([x, y, z]), back=True)
-        dx, dy, dz = _turned(scene.rotations[face], directions, back=True)
-    along, half_slope, value, discriminant = _quadratic(curvature, squeeze, x, y, z, dx, dy, dz)
-    root = np.sqrt(discriminant)
-    side = scene.facing[face]
-    half_slope *= side
-    distance = np.where(half_slope < 0.0, side * (root - half_slope) / along, -side * value / (half_slope + root))
-    reached = z + distance * dz
-    met = (distance > NEAREST_HIT_MM) & (squeeze * curvature * reached <= 1.0)
+    rays = _in_frame(scene, face, points, directions)
+    distance = reflecting_root(curvature, squeeze, scene.facing[face], rays)
+    landed = ends(rays, distance)
+    met = distance > NEAREST_HIT_MM
+    met &= curvature * squeeze * landed[-1] <= 1.0
     if aperture:
-        across = (x + distance * dx) ** 2 + (y + distance * dy) ** 2
-        met &= (across >= conics.inner[face] ** 2) & (across <= conics.outer[face] ** 2)
-    return np.where(met, distance, np.nan)
-
-
-def _quadratic(
-    curvature: Array | float, squeeze: Array | float, x: Array, y: Array, z: Array, dx: Array, dy: Array, dz: Array
-) -> tuple[Array, Array, Array, Array]:
-    """Coefficients of a s^2 + 2 b s + v = 0 for a ray and a conic, and b^2 - a v.
-
-    The discriminant is written with the moment of the ray about the vertex (Lagrange's identity): it then
-    depends on the line alone, and does not lose digits when the ray starts far away or the conic is nearly
-    parabolic or flat.
-    """
-    transverse = dx * dx + dy * dy
-    advance = x * dx + y * dy
-    along = curvature * (transverse + squeeze * dz * dz)
-    half_slope = curvature * (advance + squeeze * z * dz) - dz
-    value = curvature * (x * x + y * y + squeeze * z * z) - 2.0 * z
-    moment_z = x * dy - y * dx
-    moment_x = y * dz - z * dy
-    moment_y = z * dx - x * dz
-    moments = moment_z * moment_z + squeeze * (moment_x * moment_x + moment_y * moment_y)
-    discriminant = (
-        dz * dz + 2.0 * curvature * (dx * moment_y - dy * moment_x) - np.multiply(curvature, curvature) * moments
+        across = dot(landed[:-1], landed[:-1])
+        met &= across >= conics.inner[face] ** 2
+        met &= across <= conics.outer[face] ** 2
+    reflected = (
+        [*rays.heading, -rays.climb]
+        if curvature == 0.0
+        else mirrored(curvature, squeeze, landed, [*rays.heading, rays.climb])
     )
-    return along, half_slope, value, discriminant
+    if not met.all():
+        landed, reflected = ([np.where(met, row, np.nan) for row in rows] for rows in (landed, reflected))
+    return _out_of_frame(scene, face, landed, reflected)
 
 
-def _conic_roots(
-    conics: Conics, x: Array, y: Array, z: Array, dx: Array, dy: Array, dz: Array, left: Indices
-) -> tuple[Array, Array]:
+def _conic_roots(conics: Conics, rays: Rays, left: Indices) -> tuple[Array, Array]:
     """Distances (m, n) at which rays cross the conics upwards out of and down into the region above them.
 
-    The first root has a s + b = +sqrt(b^2 - a v), the second the negative. Neither subtracts like quantities.
+    The first root has a s - b = +sqrt(b^2 - a v), the second the negative. Neither subtracts like quantities.
     """
-    along, half_slope, value, discriminant = _quadratic(
-        conics.curvature[:, None], conics.squeeze[:, None], x, y, z, dx, dy, dz
-    )
+    shape = conics.curvature[:, None], conics.squeeze[:, None]
+    slope, value, discriminant = quadratic(*shape, rays)
     started = np.flatnonzero(left >= 0)
     # A point on the surface has value 0 exactly: its root at the start vanishes and the other one is kept.
     value[left[started], started] = 0.0
     root = np.sqrt(discriminant)
-    stable = -(half_slope + np.copysign(root, half_slope))
-    near, far = value / stable, stable / along
-    rising = half_slope >= 0.0
+    stable = slope + np.copysign(root, slope)
+    near, far = value / stable, stable / along(*shape, rays)
+    rising = np.signbit(slope)
     return np.where(rising, near, far), np.where(rising, far, near)
 
 
-def _within_conic(
-    conics: Conics, distance: Array, x: Array, y: Array, z: Array, dx: Array, dy: Array, dz: Array
-) -> Array:
+def _within_conic(conics: Conics, distance: Array, rays: Rays) -> Array:
     """The distance where it is forward, on the vertex sheet and inside the aperture; infinite elsewhere."""
-    across = (x + distance * dx) ** 2 + (y + distance * dy) ** 2
-    height = z + distance * dz
+    *landed, height = ends(rays, distance)
+    across = dot(landed, landed)
     met = (
         (distance > NEAREST_HIT_MM)
         & (across >= (conics.inner**2)[:, None])
@@ -319,40 +294,59 @@ def _within_conic(
     return np.where(met, distance, np.inf)
 
 
-def _cylinder_hits(scene: Scene, walls: Cylinders, kept: slice, points: Array, directions: Array) -> Array:
+def _cylinder_hits(walls: Cylinders, kept: slice, rays: Rays) -> Array:
     """Distances (m, n) to cylindrical walls, infinite where a wall is not met."""
-    x, y, z, dx, dy, dz = _in_frames(scene, walls.frame[kept], points, directions)
-    along = dx * dx + dy * dy
-    half_slope = x * dx + y * dy
-    moment = x * dy - y * dx
+    across, heading = rays.across, rays.heading
     radius = walls.radius[kept][:, None]
-    root = np.sqrt(along * radius**2 - moment * moment)
-    stable = -(half_slope + np.copysign(root, half_slope))
-    value = (np.hypot(x, y) - radius) * (np.hypot(x, y) + radius)
+    run = dot(heading, heading)
+    discriminant = run * radius**2
+    if len(across) == 2:
+        discriminant -= (across[0] * heading[1] - across[1] * heading[0]) ** 2
+    advance = dot(across, heading) if len(across) else np.zeros(1)
+    from_axis = np.sqrt(dot(across, across)) if len(across) else np.zeros(1)
+    stable = -(advance + np.copysign(np.sqrt(discriminant), advance))
+    value = (from_axis - radius) * (from_axis + radius)
     low, high = walls.low[kept][:, None], walls.high[kept][:, None]
-    best = np.full(root.shape, np.inf)
-    for distance in (stable / along, value / stable):
-        height = z + distance * dz
+    best = np.full(discriminant.shape, np.inf)
+    for distance in (stable / run, value / stable):
+        height = rays.height + distance * rays.climb
         met = (distance > NEAREST_HIT_MM) & (height >= low) & (height <= high)
         best = np.where(met & (distance < best), distance, best)
     return best
 
 
-def _in_frames(
-    scene: Scene, frames: Indices, points: Array, directions: Array
-) -> tuple[Array, Array, Array, Array, Array, Array]:
-    """Coordinates of rays in frames, each broadcastable to (frames, n)."""
+def _in_frames(scene: Scene, frames: Indices, points: Rows, directions: Rows) -> Rays:
+    """Rays in frames, each coordinate broadcastable to (frames, n)."""
     if scene.is_aligned:
-        x, y, z = points
-        dx, dy, dz = directions
-        return x, y, z - scene.origins[frames, 2][:, None], dx, dy, dz
+        return Rays(points[:-1], points[-1] - scene.origins[frames, 2][:, None], directions[:-1], directions[-1])
     back = scene.rotations[frames].transpose(0, 2, 1)
-    local = back @ (points - scene.origins[frames][:, :, None])
-    turned = back @ directions
-    return local[:, 0], local[:, 1], local[:, 2], turned[:, 0], turned[:, 1], turned[:, 2]
+    x, y, z = (back @ (np.asarray(points) - scene.origins[frames][:, :, None])).transpose(1, 0, 2)
+    dx, dy, dz = (back @ np.asarray(directions)).transpose(1, 0, 2)
+    return Rays((x, y), z, (dx, dy), dz)
 
 
-def _turned(rotations: Array, vectors: Array, *, back: bool) -> Array:
+def _in_frame(scene: Scene, frame: int, points: Rows, directions: Rows) -> Rays:
+    """Rays in one frame."""
+    if scene.is_aligned:
+        return Rays(points[:-1], points[-1] - scene.origins[frame, 2], directions[:-1], directions[-1])
+    turn = scene.rotations[frame]
+    x, y, z = _turned(turn, np.asarray(points) - scene.origins[frame][:, None], back=True)
+    dx, dy, dz = _turned(turn, np.asarray(directions), back=True)
+    return Rays((x, y), z, (dx, dy), dz)
+
+
+def _out_of_frame(
+    scene: Scene, frame: int, points: list[Array], directions: list[Array]
+) -> tuple[list[Array], list[Array]]:
+    """Points and directions of one frame in the world's."""
+    if scene.is_aligned:
+        return [*points[:-1], points[-1] + scene.origins[frame, 2]], directions
+    turn = scene.rotations[frame]
+    world = _turned(turn, np.stack(points)) + scene.origins[frame][:, None]
+    return list(world), list(_turned(turn, np.stack(directions)))
+
+
+def _turned(rotations: Array, vectors: Array, *, back: bool = False) -> Array:
     """Vectors (3, n) turned by one rotation (3, 3) or by one each (n, 3, 3), or turned back."""
     indices = (
         ("ji,jn->in" if back else "ij,jn->in") if rotations.ndim == 2 else ("nji,jn->in" if back else "nij,jn->in")

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from designer.design import Design
-from designer.verify.surfaces import Array, Indices, Pose, Scene, build_scene, face_hits, first_hits, reflect
+from designer.verify.conics import Array, Rows
+from designer.verify.surfaces import Indices, Pose, Scene, build_scene, first_hits, meet_face, reflect
 
 __all__ = [
     "FirstHitTrace",
@@ -132,12 +133,12 @@ def trace_first_hits(
     most_mirrors
         A ray that has met this many mirrors counts as blocked by the last.
     """
-    heading = np.ascontiguousarray(np.asarray(directions, dtype=float).reshape(-1, 3).T)
-    number = heading.shape[1]
-    start = np.zeros_like(heading) if origins is None else np.broadcast_to(np.asarray(origins, float), (number, 3)).T
+    given = np.asarray(directions, dtype=float).reshape(-1, 3)
+    start = None if origins is None else np.broadcast_to(np.asarray(origins, dtype=float), given.shape)
+
     blocks = [
-        _trace_block(scene, start[:, low : low + BLOCK], heading[:, low : low + BLOCK], starts_in_lens, most_mirrors)
-        for low in range(0, max(number, 1), BLOCK)
+        _trace_block(scene, _Bundle.of(scene, given, start, block), starts_in_lens, most_mirrors)
+        for block in _blocks(len(given))
     ]
     if len(blocks) == 1:
         return blocks[0]
@@ -146,40 +147,92 @@ def trace_first_hits(
     )
 
 
-def _trace_block(scene: Scene, start: Array, heading: Array, starts_in_lens: bool, most_mirrors: int) -> FirstHitTrace:
-    number = heading.shape[1]
-    point, direction = np.array(start), np.array(heading)
+@dataclass(frozen=True, slots=True)
+class _Bundle:
+    """A block of rays as the surfaces take them.
+
+    ``heading`` are 3 or 2 rows (n,) of unit directions and ``start`` (3, n) their starts, or (1, 1) the height from
+    which all of them start on the axis. Then ``azimuth`` (2, n) are the horizontal unit vectors along which r counts.
+    """
+
+    start: Array
+    heading: Rows
+    azimuth: Array | None
+
+    @classmethod
+    def of(cls, scene: Scene, directions: Array, origins: Array | None, block: slice) -> _Bundle:
+        """The rays of one block of directions and origins (n, 3); from the pinhole if there are no origins."""
+        heading = np.ascontiguousarray(directions[block].T)
+        if origins is not None:
+            return cls(np.ascontiguousarray(origins[block].T), heading, None)
+        if not scene.is_aligned:
+            return cls(np.zeros_like(heading), heading, None)
+        across = np.sqrt(heading[0] * heading[0] + heading[1] * heading[1])
+        # A ray along the axis stays there, whatever its azimuth.
+        azimuth = heading[:2] / np.maximum(across, np.finfo(float).tiny)
+        return cls(np.zeros((1, 1)), [across, heading[2]], azimuth)
+
+    def in_world(self, rows: Rows, out: Array | None = None) -> Array:
+        """World coordinates (3, n) of points or vectors in rows (3 or 2, n)."""
+        world = np.empty((3, self.heading[0].size)) if out is None else out
+        if self.azimuth is None:
+            world[:] = rows
+        else:
+            np.multiply(self.azimuth, rows[0], out=world[:2])
+            world[2] = rows[1]
+        return world
+
+
+def _blocks(number: int) -> list[slice]:
+    return [slice(low, low + BLOCK) for low in range(0, max(number, 1), BLOCK)]
+
+
+def _trace_block(scene: Scene, bundle: _Bundle, starts_in_lens: bool, most_mirrors: int) -> FirstHitTrace:
+    direction = np.array(bundle.heading)
+    rows, number = direction.shape
+    point = np.zeros((rows, number))
+    point[-len(bundle.start) :] = bundle.start
     status = np.full(number, Status.ESCAPED, dtype=np.int8)
     leg = np.zeros(number, dtype=np.intp)
     element = np.full(number, -1, dtype=np.intp)
-    blocked_at = np.full((number, 3), np.nan)
+    blocked_at = np.full((rows, number), np.nan)
     sequence = np.full((number, most_mirrors), -1, dtype=np.intp)
-    hits = np.full((number, most_mirrors, 3), np.nan)
+    hits = np.full((most_mirrors, rows, number), np.nan)
     left = np.full(number, -1, dtype=np.intp)
     going = np.arange(number)
     with np.errstate(all="ignore"):
         for met in range(most_mirrors + 1):
             if not going.size:
                 break
-            here, ahead = point[:, going], direction[:, going]
+            here, ahead = (point[:, going] if met else bundle.start), direction[:, going]
             inside_lens = starts_in_lens and met == 0
             distance, row = first_hits(scene, here, ahead, left[going], camera=not inside_lens)
             leg[going] = met
             is_face = (row >= 0) & (row < len(scene.mirrors)) & (met < most_mirrors)
             stopped = (row >= 0) & ~is_face
+            reached = distance * ahead
+            reached[-len(here) :] += here
             status[going[stopped]] = Status.BLOCKED
             element[going[stopped]] = row[stopped]
-            blocked_at[going[stopped]] = (here[:, stopped] + distance[stopped] * ahead[:, stopped]).T
-            rays, faces = going[is_face], row[is_face]
-            landed = here[:, is_face] + distance[is_face] * ahead[:, is_face]
+            blocked_at[:, going[stopped]] = reached[:, stopped]
+            rays, faces, landed = going[is_face], row[is_face], reached[:, is_face]
             point[:, rays] = landed
             direction[:, rays] = reflect(scene, faces, landed, ahead[:, is_face])
             left[rays] = faces
             if met < most_mirrors:
                 sequence[rays, met] = faces
-                hits[rays, met] = landed.T
+                hits[met][:, rays] = landed
             going = rays
-    return FirstHitTrace(status, leg, element, blocked_at, sequence, hits, point.T, direction.T)
+    return FirstHitTrace(
+        status,
+        leg,
+        element,
+        bundle.in_world(blocked_at).T,
+        sequence,
+        np.stack([bundle.in_world(hit).T for hit in hits], axis=1),
+        bundle.in_world(point).T,
+        bundle.in_world(direction).T,
+    )
 
 
 def compare_with_path(trace: FirstHitTrace, path: Sequence[int]) -> PathReport:
@@ -218,26 +271,25 @@ def trace_sequential(
     ``origins`` points (n, 3) in mm, the pinhole if not given.
     """
     given = np.asarray(directions, dtype=float).reshape(-1, 3)
-    number = given.shape[0]
-    start = None if origins is None else np.broadcast_to(np.asarray(origins, dtype=float), (number, 3))
-    hits = [np.empty((3, number)) for _ in path]
-    exit_direction = np.empty((3, number))
+    start = None if origins is None else np.broadcast_to(np.asarray(origins, dtype=float), given.shape)
+    number = len(given)
+    # In one array: memory for one of this size is kept and used again, where smaller ones go back to the system.
+    results = np.empty((len(path) + 1, 3, number))
     missed = np.full(number, -1, dtype=np.intp)
     with np.errstate(all="ignore"):
-        for low in range(0, number, BLOCK):
-            block = slice(low, low + BLOCK)
-            direction = np.ascontiguousarray(given[block].T)
-            point = np.zeros_like(direction) if start is None else np.ascontiguousarray(start[block].T)
+        for block in _blocks(number):
+            bundle = _Bundle.of(scene, given, start, block)
+            point: Rows = bundle.start
+            direction: Rows = bundle.heading
             for place, face in enumerate(path):
-                distance = face_hits(scene, face, point, direction, aperture=apertures)
-                lost = np.isnan(distance) & (missed[block] < 0)
+                point, direction = meet_face(scene, face, point, direction, aperture=apertures)
+                lost = np.isnan(point[-1])
                 if lost.any():
-                    missed[block][lost] = place
-                point = point + distance * direction
-                hits[place][:, block] = point
-                direction = reflect(scene, face, point, direction)
-            exit_direction[:, block] = direction
-    return SequentialTrace(tuple(hit.T for hit in hits), exit_direction.T, missed)
+                    missed[block][lost & (missed[block] < 0)] = place
+                bundle.in_world(point, out=results[place, :, block])
+            bundle.in_world(direction, out=results[-1, :, block])
+    *hits, exits = results.transpose(0, 2, 1)
+    return SequentialTrace(tuple(hits), exits, missed)
 
 
 def elevation_angles(directions: Array) -> Array:

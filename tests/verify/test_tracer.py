@@ -327,6 +327,35 @@ def test_a_ray_that_gets_through_is_the_same_ray_in_both_traces():
     np.testing.assert_allclose(first.exit_point[through], sequential.point[through], atol=1e-12)
 
 
+@pytest.mark.parametrize("build", [folded_hypl_hy, convex_ellipsoid_pair])
+def test_rays_of_the_pinhole_are_the_same_in_their_meridional_planes_and_in_space(build):
+    design = build()
+    scene = build_scene(design)
+    random = np.random.default_rng(8)
+    directions = pinhole_directions(random.uniform(0.0, 0.4, 3000), random.uniform(0.0, 2.0 * np.pi, 3000))
+    # Along the axis, where a ray has no azimuth, and straight to the side, past every mirror.
+    directions[:2] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
+    in_space = np.zeros_like(directions)
+    for view in (design.views.upper, design.views.lower):
+        path = scene.path(view.path)
+        for apertures in (True, False):
+            flat = trace_sequential(scene, path, directions, apertures=apertures)
+            full = trace_sequential(scene, path, directions, in_space, apertures=apertures)
+            np.testing.assert_array_equal(flat.missed, full.missed)
+            np.testing.assert_allclose(flat.direction, full.direction, atol=1e-13)
+            for hit, same in zip(flat.hits, full.hits, strict=True):
+                np.testing.assert_allclose(hit, same, rtol=1e-12, atol=1e-12)
+    for starts_in_lens in (False, True):
+        flat_first, full_first = (
+            trace_first_hits(scene, directions, origins, starts_in_lens=starts_in_lens) for origins in (None, in_space)
+        )
+        for name in ("status", "leg", "element", "sequence"):
+            np.testing.assert_array_equal(getattr(flat_first, name), getattr(full_first, name))
+        for name in ("hits", "blocked_at", "exit_point", "exit_direction"):
+            np.testing.assert_allclose(getattr(flat_first, name), getattr(full_first, name), atol=1e-11)
+    assert len(np.unique(flat_first.sequence, axis=0)) >= 2
+
+
 def test_batches_of_any_size_give_the_same_rays():
     design = folded_hypl_hy()
     scene = build_scene(design)
