@@ -39,7 +39,7 @@ DESIGNS = ROOT / "tests" / "data" / "studied_designs.json"
 CONFIGURATIONS = ("folded-HyPl-Hy-upper_outer", "folded-HyHy-Hy-upper_outer", "folded-ElEl-Hy-upper_inner")
 TARGET_RATIO, TOLERANCE_MM = 3.0, 1e-9
 WAVELENGTH_UM = 0.55
-# The full tracer is some twenty times slower than the sequential one: it gets no more rays than this.
+# The full tracer is some thirty times slower than the sequential one: it gets no more rays than this.
 MOST_FULL_RAYS = 100_000
 
 Array = NDArray[np.float64]
