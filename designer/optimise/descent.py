@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.optics.layout import Layout
+from designer.optimise.assembly import VARIABLES
 from designer.optimise.menu import Menu, Separators
 from designer.optimise.program import GOALS, Goal, Outcome, reduce_violation, solve
 from designer.optimise.screening import Check, Problem, assemble_enclosed, check, physical_values, scaled_values
-from designer.optimise.separators import rechoose
+from designer.optimise.separators import choose_separators, rechoose
 from designer.requirement import Lens
 
 Array = NDArray[np.float64]
@@ -33,6 +34,10 @@ SAME_POINT = 1e-3
 ROUNDS = 4
 # Only so many of the best designs go into another round.
 MOST_DESIGNS_IN_LATER_ROUNDS = 4
+# Places tried around an optimum, and how far from it in the unit box they spread.
+HOPS = 8
+HOP_SPREADS = (0.01, 0.1)
+WORTH_ANOTHER_HOP = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,6 +198,39 @@ def improve(task: Task, starts: Sequence[Candidate], goal: Goal) -> list[Candida
         if not active:
             break
     return best
+
+
+def start_at(task: Task, scaled: Array) -> list[Candidate]:
+    """Points of the unit box, shape (variables, points), as starts: each with the separators chosen there."""
+    problem = task.problem
+    with np.errstate(all="ignore"):
+        values, assembly = assemble_enclosed(problem, physical_values(problem, scaled))
+        report = check(problem, assembly)
+    choices = choose_separators(report, problem.rules.clearance, problem.rules.envelope_height)
+    task.offer(choices)
+    return examine_all(task, scaled_values(problem, values), choices)
+
+
+def start_around(task: Task, design: Candidate, random: np.random.Generator) -> list[Candidate]:
+    """Starts at random places around a design.
+
+    An optimum is one for the separators it was found with; a little aside others serve, and may lead on.
+    """
+    free = np.array([not task.problem.box[name].is_fixed for name in VARIABLES])
+    moves = np.geomspace(*HOP_SPREADS, HOPS) * random.standard_normal((len(VARIABLES), HOPS))
+    return start_at(task, np.clip(design.scaled[:, None] + moves * free[:, None], 0.0, 1.0))
+
+
+def hop(task: Task, design: Candidate, goal: Goal, random: np.random.Generator) -> Candidate:
+    """Minimise a goal from around its minimum, again and again until nothing better comes of it."""
+    while True:
+        starts = start_around(task, design, random)
+        feasible = [candidate for candidate in make_feasible(task, starts) if candidate.is_feasible]
+        reached = [found for found in improve(task, feasible, goal) if found.keeps(goal)] if feasible else []
+        best = min(reached, key=lambda found: found.goals[goal.minimise], default=design)
+        if not best.goals[goal.minimise] < design.goals[goal.minimise] * (1.0 - WORTH_ANOTHER_HOP):
+            return min(best, design, key=lambda found: found.goals[goal.minimise])
+        design = best
 
 
 def follow(task: Task, start: Array, separators: Separators, goal: Goal) -> Candidate | None:

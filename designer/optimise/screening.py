@@ -167,21 +167,27 @@ def screen(
         values = draw(problem, DESIGNS_PER_START * starts, random, least_gain_share)
         values, assembly = assemble_enclosed(problem, values)
         merit = constraint_violations(assembly).max(axis=0)
-        kept = _in_turns(merit, arrangements(assembly, problem.rules.lens_front))[: CLEARANCES_PER_START * starts]
+        kept = _in_turns(merit, arrangements(problem, values, assembly))[: CLEARANCES_PER_START * starts]
         values = {name: np.broadcast_to(value, merit.shape)[kept] for name, value in values.items()}
         values, assembly = assemble_enclosed(problem, values)
         violation = check(problem, assembly).largest_violations
-        order = _in_turns(violation, arrangements(assembly, problem.rules.lens_front))
+        order = _in_turns(violation, arrangements(problem, values, assembly))
     return _apart(scaled_values(problem, values)[:, order], starts)
 
 
-def arrangements(assembly: Assembly, lens_front: float) -> NDArray[np.intp]:
-    """A number for each design that tells the orders in which mirrors and lens front follow along the axis."""
+def arrangements(problem: Problem, values: Mapping[str, Array], assembly: Assembly) -> NDArray[np.intp]:
+    """A number for each design that tells how its mirrors are arranged along the axis.
+
+    It says in which order mirrors and lens front follow, and in which half of its range the lower viewpoint lies.
+    """
     heights = [mirror.rim_heights[0] for mirror in assembly.layout.mirrors]
     if len(heights) == 3:
         secondary, primary, direct = heights
-        return np.asarray((direct > secondary) + 2 * (primary > lens_front))
-    return np.asarray(heights[1] > heights[0]).astype(np.intp)
+        order = (direct > secondary) + 2 * (primary > problem.rules.lens_front)
+    else:
+        order = heights[1] > heights[0]
+    lower = problem.box["lower_viewpoint"]
+    return np.asarray(order + 4 * (values["lower_viewpoint"] > (lower.low + lower.high) / 2.0)).astype(np.intp)
 
 
 def _in_turns(merit: Array, groups: NDArray[np.intp]) -> NDArray[np.intp]:

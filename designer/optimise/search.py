@@ -25,10 +25,12 @@ from designer.optimise.descent import (
     Task,
     distinct_designs,
     examine,
-    examine_all,
     follow,
+    hop,
     improve,
     make_feasible,
+    start_around,
+    start_at,
 )
 from designer.optimise.feasibility import why_fixed_conflicts, why_impossible
 from designer.optimise.menu import Separators
@@ -37,13 +39,9 @@ from designer.optimise.rules import rules_of
 from designer.optimise.screening import (
     LARGE_GAIN_SHARE,
     Problem,
-    assemble_enclosed,
-    check,
-    physical_values,
     scaled_values,
     screen,
 )
-from designer.optimise.separators import choose_separators
 from designer.optimise.variants import Variant, enumerate_variants
 from designer.requirement import Lens, Requirement
 
@@ -215,7 +213,7 @@ def _goal_scales(problem: Problem) -> tuple[float, ...]:
 def _first_stage(requirement: Requirement, branch: _Branch, trail: Trail | None) -> None:
     """Solve for the first objective from every start."""
     task, goal = branch.task, Goal(requirement.objective.minimise)
-    misses: list[Candidate] = []
+    reached: list[Candidate] = []
     few, many = requirement.solve.starts, MORE_STARTS_IF_INFEASIBLE * requirement.solve.starts
     rounds = [(few, LARGE_GAIN_SHARE), (many, SMALLEST_GAIN_SHARE)]
     if trail is not None:
@@ -235,18 +233,23 @@ def _first_stage(requirement: Requirement, branch: _Branch, trail: Trail | None)
         if not trail.is_feasible:
             branch.miss = reached[0]
             return
-        misses = reached
     variant = task.problem.variant
     key = zlib.crc32(f"{variant.configuration.name}/{variant.label}".encode())
     random = np.random.default_rng([requirement.solve.seed, key])
     for starts, least_gain_share in rounds:
-        reached = make_feasible(task, _starts(task, starts, random, least_gain_share))
-        feasible = [candidate for candidate in reached if candidate.is_feasible]
-        if feasible:
-            branch.designs = improve(task, feasible, goal)
-            return
-        misses += reached
-    branch.miss = min(misses, key=lambda miss: miss.violation)
+        reached += make_feasible(task, _starts(task, starts, random, least_gain_share))
+        if any(candidate.is_feasible for candidate in reached):
+            break
+    else:
+        nearest = min(reached, key=lambda candidate: candidate.violation)
+        reached += make_feasible(task, start_around(task, nearest, random))
+    feasible = [candidate for candidate in reached if candidate.is_feasible]
+    if feasible:
+        branch.designs = improve(task, feasible, goal)
+        best = min(branch.designs, key=lambda design: design.goals[goal.minimise])
+        branch.designs.append(hop(task, best, goal, random))
+    else:
+        branch.miss = min(reached, key=lambda candidate: candidate.violation)
 
 
 def _moved(task: Task, values: dict[str, float]) -> NDArray[np.float64]:
@@ -257,13 +260,7 @@ def _moved(task: Task, values: dict[str, float]) -> NDArray[np.float64]:
 
 def _starts(task: Task, count: int, random: np.random.Generator, least_gain_share: float) -> list[Candidate]:
     """Screened designs, each with the separators to start with."""
-    problem = task.problem
-    screened = screen(problem, count, random, least_gain_share)
-    values, assembly = assemble_enclosed(problem, physical_values(problem, screened))
-    scaled = scaled_values(problem, values)
-    choices = choose_separators(check(problem, assembly), problem.rules.clearance, problem.rules.envelope_height)
-    task.offer(choices)
-    return examine_all(task, scaled, choices)
+    return start_at(task, screen(task.problem, count, random, least_gain_share))
 
 
 def _second_stage(requirement: Requirement, configuration: Configuration, branches: list[_Branch]) -> SearchResult:
