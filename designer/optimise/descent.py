@@ -36,7 +36,7 @@ ROUNDS = 4
 MOST_DESIGNS_IN_LATER_ROUNDS = 4
 # Places tried around an optimum, and how far from it in the unit box they spread.
 HOPS = 8
-HOP_SPREADS = (0.01, 0.1)
+HOP_SPREADS = (0.01, 0.05)
 WORTH_ANOTHER_HOP = 1e-4
 
 
