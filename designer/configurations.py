@@ -36,6 +36,12 @@ class MirrorKind(Enum):
         return self is not MirrorKind.PLANE
 
 
+# A hyperboloid or ellipsoid of a folding pair counts as one only while its inverse eccentricity (a hyperboloid's; an
+# ellipsoid's eccentricity) stays away from 0 (a plane; a sphere) and from 1 (a paraboloid): beyond these a shop could
+# not tell it from the neighbouring kind.
+FLATTEST = 0.05
+MOST_PARABOLIC = 0.98
+
 # A mirror that gives a view on its own needs two finite foci and power.
 SINGLE_VIEW_KINDS = tuple(kind for kind in MirrorKind if kind.has_finite_foci and kind.has_power)
 

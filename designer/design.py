@@ -47,12 +47,20 @@ class Camera(Record):
     body_radius_mm: NonNegative
     image_circle_radius_px: Positive | None = None
     """Radius of the usable image; half the smaller image side if absent."""
+    focus_distance_mm: Positive | None = None
+    """Distance from the pinhole at which the lens is focused; infinity if absent."""
 
     @property
     def image_radius_mm(self) -> float:
         """Radius of the usable image on the sensor; an image circle beyond the sensor's corners ends there."""
         radius_px = self.image_circle_radius_px or min(self.width_px, self.height_px) / 2
         return min(radius_px, math.hypot(self.width_px, self.height_px) / 2) * self.pixel_pitch_mm
+
+    @property
+    def pupil_radius_mm(self) -> float:
+        """Radius of the entrance pupil: half of nominal focal length / f-number, where 1/f0 = 1/f + 1/u."""
+        nearness = 1.0 / self.focus_distance_mm if self.focus_distance_mm else 0.0
+        return 1.0 / (1.0 / self.focal_length_mm + nearness) / self.f_number / 2.0
 
     @property
     def principal_point_px(self) -> tuple[float, float]:
@@ -147,6 +155,10 @@ class Design(Record):
     noise_px: Positive
     zone_gap_px: NonNegative = 0.0
     """Gap asked between the image zones; the closed-form limit depends on it."""
+    clearance_mm: NonNegative | None = None
+    """Least distance asked between chief rays and edges; unknown if absent."""
+    edge_margin_mm: NonNegative | None = None
+    """Width asked of a face beyond its used zone; unknown if absent."""
     score: dict[str, Any] = {}
 
     @field_validator("schema_version", mode="before")

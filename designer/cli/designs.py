@@ -63,8 +63,11 @@ def evaluate(design: Path, as_json: bool) -> None:
         content = {"warnings": warnings, "evaluation": summary, "monte_carlo": measured, "trace": asdict(verdict)}
         click.echo(json.dumps(_plain(content), indent=2))
     else:
+        remarks = summary.pop("remarks")
         click.echo("\n".join(_outline(_plain(summary))))
         click.echo("\n".join(_how_good_the_score_is(summary, measured)))
+        if remarks:
+            click.echo("\n".join(["before ordering mirrors:", *(f"  - {remark}" for remark in remarks), ""]))
         click.echo(describe(verdict))
 
 

@@ -26,6 +26,7 @@ from designer.evaluate.depth import (
 )
 from designer.evaluate.limit import Arrangement, ImageBounds, depth_error_limit, limit_gains
 from designer.evaluate.mirrors import MirrorShape, mirror_shape, overall_diameter_mm, overall_height_mm
+from designer.evaluate.remarks import remarks_on
 from designer.evaluate.resolution import (
     VIEW_NAMES,
     angular_resolution_px_per_deg,
@@ -58,7 +59,8 @@ def evaluate_design(design: Design, zone_gap_px: float = 0.0) -> dict[str, Any]:
     Plain JSON values. ``depth_error_rms`` is the score; it and ``depth_error_worst`` are first order, and valid (2
     percent) if ``first_order_valid``; their ``_second_order`` companions if ``second_order_valid``; beyond that only a
     Monte Carlo is honest. ``depth_error_limit`` and ``limit_ratio`` are None where the outer zone leaves no room for
-    the inner one; lengths and errors that would be infinite are None.
+    the inner one; lengths and errors that would be infinite are None. ``remarks`` are sentences for who orders the
+    mirrors.
 
     Raises
     ------
@@ -92,6 +94,7 @@ def _summary(design: Design, zone_gap_px: float) -> dict[str, Any]:
         "mirrors": [_mirror_row(mirror_shape(design, mirror.name)) for mirror in design.mirrors],
         "height_mm": overall_height_mm(design),
         "diameter_mm": overall_diameter_mm(design),
+        "remarks": remarks_on(design),
     }
 
 

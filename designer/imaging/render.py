@@ -62,12 +62,9 @@ class Pupil:
 def pupil_of(camera: Camera) -> Pupil:
     """The entrance pupil: nominal focal length / f-number wide, in focus at the camera's ``focus_distance_mm``.
 
-    The nominal focal length f0 follows from the principal distance f and the focus distance u: 1/f0 = 1/f + 1/u.
     A camera file without ``focus_distance_mm`` is focused at infinity.
     """
-    focus = float((camera.model_extra or {}).get("focus_distance_mm") or np.inf)
-    nominal = 1.0 / (1.0 / camera.focal_length_mm + 1.0 / focus)
-    return Pupil(nominal / camera.f_number / 2.0, focus)
+    return Pupil(camera.pupil_radius_mm, camera.focus_distance_mm or np.inf)
 
 
 def render(design: Design, world: World, *, samples: int = 2, aperture: bool = False, seed: int = 0) -> Floats:

@@ -8,13 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from designer.configurations import Configuration, MirrorKind
+from designer.configurations import FLATTEST, MOST_PARABOLIC, Configuration, MirrorKind
 from designer.optics.view import Sense
-
-# A hyperboloid or ellipsoid counts as one only while its inverse eccentricity stays away from 0 (a plane, or a sphere
-# about both foci) and from 1 (a paraboloid): beyond these a shop could not tell it from the neighbouring kind.
-FLATTEST = 0.05
-MOST_PARABOLIC = 0.98
 
 
 def gain_of(inverse_eccentricity: float) -> float:

@@ -56,6 +56,8 @@ def record_of(requirement: Requirement, best: Candidate) -> Design:
             ),
             "noise_px": requirement.noise_px,
             "zone_gap_px": requirement.manufacture.zone_gap_px,
+            "clearance_mm": requirement.manufacture.clearance_mm,
+            "edge_margin_mm": requirement.manufacture.edge_margin_mm,
         }
     )
 
