@@ -22,6 +22,14 @@ from designer.optimise.variants import ELLIPSOID_GAINS, Variant
 SHEET_MARGIN = 0.02
 SHORTEST_VERTEX_DISTANCE_MM = 0.05
 
+# Units of what misses a fixed parameter, and how much of each weighs as much as 1 mm. A radius is compared by its
+# curvature, which is finite for a plane too.
+_FIXED_UNITS = {
+    "vertex_mm": ("mm", 1.0),
+    "radius_mm": ("(a share of its curvature)", 0.01),
+    "conic": ("(in the conic constant)", 0.01),
+}
+
 Values = Mapping[str, Scalar]
 """The physical variables of a variant by name; see ``VARIABLES``."""
 
@@ -250,7 +258,7 @@ def _sheet_constraints(variant: Variant, paths: tuple[OpticalPath, ...]) -> list
         for reflection in path.reflections:
             reach = absolute(reflection.conic.inverse_gain) * reflection.half_tangents[1] ** 2
             name = f"light meets the vertex sheet of the {reflection.mirror} mirror"
-            constraints.append(Constraint(name, "1", 0.05, 1.0 - SHEET_MARGIN - reach))
+            constraints.append(Constraint(name, "(a ratio)", 0.05, 1.0 - SHEET_MARGIN - reach))
     fold = variant.fold
     if fold is not None:
         secondary, primary = paths[0].reflections[0].conic, paths[0].reflections[1].conic
@@ -267,8 +275,12 @@ def _sheet_constraints(variant: Variant, paths: tuple[OpticalPath, ...]) -> list
             low, high = fold.primary_gains
             kind = "ellipsoid" if fold.primary_gains == ELLIPSOID_GAINS else "hyperboloid"
             constraints += [
-                Constraint(f"primary stays a {kind} (gain from below)", "1", 0.05, primary.inverse_gain - low),
-                Constraint(f"primary stays a {kind} (gain from above)", "1", 0.05, high - primary.inverse_gain),
+                Constraint(
+                    f"primary stays a {kind} (gain from below)", "(in the gain)", 0.05, primary.inverse_gain - low
+                ),
+                Constraint(
+                    f"primary stays a {kind} (gain from above)", "(in the gain)", 0.05, high - primary.inverse_gain
+                ),
             ]
     return constraints
 
@@ -325,10 +337,10 @@ def _fixed_constraints(
                 constraints.append(Constraint(f"{name} view", "mm", 1.0, path.viewpoint - wanted, equality=True))
             else:
                 off = values[f"{owner}_gain"] / wanted - 1.0
-                constraints.append(Constraint(f"{name} view", "relative", 0.01, off, equality=True))
+                constraints.append(Constraint(f"{name} view", "(a share of it)", 0.01, off, equality=True))
             continue
         surface = next(mirror.surface for mirror in layout.mirrors if mirror.name == owner)
-        unit, scale = ("mm", 1.0) if quantity == "vertex_mm" else ("relative", 0.01)
+        unit, scale = _FIXED_UNITS[quantity]
         off = {
             "vertex_mm": lambda surface=surface, wanted=wanted: surface.vertex_height - wanted,
             "radius_mm": lambda surface=surface, wanted=wanted: surface.curvature * wanted - 1.0,
