@@ -84,16 +84,20 @@ class Manufacture(Part):
         Field(
             default=0.5,
             description="Radial width by which a mirror's face reaches beyond its used zone, at the outer and at the "
-            "inner edge. Default: 0.5, since diamond turning and polishing lose the last tenths of a millimetre.",
+            "inner edge. The used zone is that of chief rays: see clearance_mm. Default: 0.5, since diamond "
+            "turning and polishing lose the last tenths of a millimetre.",
         ),
     ]
     clearance_mm: Annotated[
         float,
-        Quantity(0, 1000, "mm"),
+        Quantity(0.001, 1000, "mm"),
         Field(
             default=0.5,
-            description="Least distance between any light and any edge, and between any two solids. Default: 0.5, "
-            "several times the usual assembly tolerance.",
+            description="Least distance between any light and any edge, and between any two solids; light that "
+            "touches an edge is blocked, so it cannot be 0. Light means chief rays, through the middle of the "
+            "entrance pupil: with edge_margin_mm and this both at least the pupil's radius, focal length / "
+            "(2 f_number), next to no light is lost at edges. Default: 0.5, several times the usual assembly "
+            "tolerance.",
         ),
     ]
     zone_gap_px: Annotated[

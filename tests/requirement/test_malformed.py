@@ -22,6 +22,12 @@ MALFORMED = {
     "misspelt table": ("[envelope]", "[envelop]", "envelop", "did you mean envelope?"),
     "misspelt top-level key": ("baseline_mm", "base_line_mm", "base_line_mm", "did you mean baseline_mm?"),
     "key without its unit": ("height_mm = 140", "height = 140", "envelope.height", "did you mean height_mm?"),
+    "light that may touch": (
+        "[manufacture]\n",
+        "[manufacture]\nclearance_mm = 0\n",
+        "manufacture.clearance_mm",
+        "must be a number from 0.001 to 1000 (mm)",
+    ),
     "unknown key": ("seed = 0", "colour = 3", "solve.colour", "allowed: seed, starts, configurations"),
     "missing key": ("f_number = 5.6\n", "", "camera.lens.f_number", "required"),
     "missing table": (
