@@ -21,6 +21,7 @@ from designer.configurations import Configuration
 from designer.optimise.box import SMALLEST_GAIN_SHARE, Ranges, box_of, limit_of
 from designer.optimise.descent import (
     SAME_OBJECTIVE,
+    WORTH_ANOTHER_HOP,
     Candidate,
     Task,
     distinct_designs,
@@ -247,9 +248,19 @@ def _first_stage(requirement: Requirement, branch: _Branch, trail: Trail | None)
     if feasible:
         branch.designs = improve(task, feasible, goal)
         best = min(branch.designs, key=lambda design: design.goals[goal.minimise])
-        branch.designs.append(hop(task, best, goal, random))
+        if not _is_proven_least(best, goal):
+            branch.designs.append(hop(task, best, goal, random))
     else:
         branch.miss = min(reached, key=lambda candidate: candidate.violation)
+
+
+def _is_proven_least(design: Candidate, goal: Goal) -> bool:
+    """Whether a design reaches the closed-form limit, and nothing that it depends on could be chosen otherwise."""
+    problem, values = design.problem, design.values
+    if goal.minimise != "depth_error" or not all(problem.box[n].is_fixed for n in ("baseline", "principal_distance")):
+        return False
+    limit = float(limit_of(problem.variant, problem.rules, values["baseline"], values["principal_distance"]))
+    return design.goals["depth_error"] <= limit * (1.0 + WORTH_ANOTHER_HOP)
 
 
 def _moved(task: Task, values: dict[str, float]) -> NDArray[np.float64]:
