@@ -5,21 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
 from sample_study import crowd, prototype, two_direct_mirrors, write_sample_study
 
 from designer.design import Design
+from designer.report.document import PANEL_MM, PANELS
 from designer.report.figures.cross_section import draw_cross_section
 from designer.report.figures.depth_error import draw_depth_error
 from designer.report.figures.depth_map import IMAGE_CIRCLE_PX, coarsened, draw_depth_map
 from designer.report.figures.image_layout import draw_image_layout
 from designer.report.figures.resolution import draw_resolution
-from designer.report.figures.style import MM_PER_INCH, report_style
+from designer.report.figures.style import MM_PER_INCH, report_style, svg_bytes
 from designer.report.figures.trade import compress_ranks, draw_fronts, draw_trade
 from designer.report.folder import read_folder
 
@@ -60,6 +65,54 @@ def assert_inside_canvas(figure: Figure) -> None:
 def test_nothing_is_cut_at_the_edge(design: Design, draw: Callable[[Design], Figure]) -> None:
     with report_style():
         assert_inside_canvas(draw(design))
+
+
+@pytest.fixture
+def written(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, Bbox]]:
+    """Every text of the last drawing of a figure, with the place where it was put, in points from the lower left."""
+    texts: list[tuple[str, Bbox]] = []
+    draw_figure, draw_text = Figure.draw, Text.draw
+
+    def figure_drawn(self: Figure, renderer: RendererBase) -> None:
+        texts.clear()
+        draw_figure(self, renderer)
+
+    def text_drawn(self: Text, renderer: RendererBase, *arguments: Any, **options: Any) -> None:
+        if self.get_visible() and self.get_text():
+            texts.append((self.get_text(), self.get_window_extent(renderer)))
+        draw_text(self, renderer, *arguments, **options)
+
+    monkeypatch.setattr(Figure, "draw", figure_drawn)
+    monkeypatch.setattr(Text, "draw", text_drawn)
+    return texts
+
+
+def assert_written_inside(figure: Figure, written: list[tuple[str, Bbox]]) -> None:
+    svg_bytes(figure)
+    width, height = figure.get_size_inches() * 72.0
+    outside = [
+        text for text, box in written if min(box.x0, box.y0) < -0.5 or box.x1 > width + 0.5 or box.y1 > height + 0.5
+    ]
+    assert written
+    assert not outside
+
+
+@pytest.mark.parametrize("design", DESIGNS.values(), ids=DESIGNS.keys())
+def test_every_text_of_a_written_figure_lies_inside_it(design: Design, written: list[tuple[str, Bbox]]) -> None:
+    with report_style():
+        for draw in PANELS.values():
+            assert_written_inside(draw(design, *PANEL_MM), written)
+        for size in ((170.0, 102.0), (97.0, 80.0), (97.0, 59.0)):
+            assert_written_inside(draw_cross_section(design, *size).figure, written)
+
+
+def test_ticks_that_come_with_the_layout_find_room(written: list[tuple[str, Bbox]]) -> None:
+    """With the legend above them, axes up to 12 get a tick 2.5, wider than those that the first layout saw."""
+    with report_style():
+        figure = draw_resolution(two_direct_mirrors(), *PANEL_MM)
+        figure.axes[0].set_ylim(0.0, 12.0)
+        assert_written_inside(figure, written)
+        assert "2.5" in {text for text, _ in written}
 
 
 def test_a_cross_section_is_drawn_to_the_scale_it_names() -> None:
