@@ -88,7 +88,8 @@ def draw_figures(study: StudyFolder) -> Illustrations:
                 illustrations.scales[name] = winner.scale
                 layout = draw_image_layout(design, 96.0, 68.0)
                 illustrations.files[f"image-layout-winner-{design.configuration}.svg"] = svg_bytes(layout)
-            drawing = draw_cross_section(design, 97.0, 80.0)
+            # Remarks stand below the drawing; both must leave room for the panels.
+            drawing = draw_cross_section(design, 97.0, 80.0 - 7.0 * min(len(design.score.get("remarks") or []), 3))
             name = f"cross-section-{design.configuration}.svg"
             illustrations.files[name] = svg_bytes(drawing.figure)
             illustrations.scales[name] = drawing.scale

@@ -241,13 +241,26 @@ def design_page(row: Row, design: Design, illustrations: Illustrations) -> str:
     lines = [
         f"== Rank {row.rank}: #name-of({literal(configuration)})",
         "#grid(columns: (97mm, 1fr), column-gutter: 4mm,",
-        f"  [#image({literal('figures/' + section)})#align(center)[#text(size: 8pt, {scale})]],",
+        f"  [#image({literal('figures/' + section)})#align(center)[#text(size: 8pt, {scale})]\n{remarks(design)}],",
         f"  [{call('facts', facts_argument(design_groups(row, design)), size='7.6pt')}],",
         ")",
         prescription(design),
         f"#grid(columns: (1fr, 1fr), column-gutter: 4mm, row-gutter: 2.5mm,\n  {grid},\n)",
     ]
     return "\n".join(lines)
+
+
+def remarks(design: Design) -> str:
+    """What to look at before ordering the design's mirrors; nothing if there is nothing."""
+    told = design.score.get("remarks")
+    if not isinstance(told, list) or not told:
+        return ""
+    items = ", ".join(f"[{text(typographic(_sentence(str(remark))))}]" for remark in told)
+    return f"#remarks({items})\n"
+
+
+def _sentence(words: str) -> str:
+    return f"{words[:1].upper()}{words[1:]}."
 
 
 def design_groups(row: Row, design: Design) -> list[tuple[str, list[tuple[str, str]]]]:

@@ -74,6 +74,18 @@ def test_a_study_without_a_feasible_design_says_what_came_closest(tmp_path: Path
     assert write_pdf(path).read_bytes().startswith(b"%PDF-")
 
 
+def test_remarks_stand_on_the_design_s_page_and_the_verdict_points_there(tmp_path: Path) -> None:
+    remarked = prototype().model_copy(update={"score": {**prototype().score, "remarks": ["it is -2 mm [wide] #x"] * 3}})
+    path = write_sample_study(tmp_path / "remarked", designs=(remarked, two_direct_mirrors()))
+    study = read_folder(path)
+    drawn = draw_figures(study)
+    told = source(study, drawn)
+    assert told.count('[#text("It is −2 mm [wide] #x.")]') == 3
+    assert told.count("#remarks(") == 1
+    assert "Before its mirrors are ordered, the 3 remarks on its page should be read" in told
+    assert typeset(told, drawn).startswith(b"%PDF-")
+
+
 def test_one_feasible_design_is_enough(tmp_path: Path) -> None:
     path = write_sample_study(tmp_path / "one", designs=(prototype(),))
     assert "only feasible design" in source(read_folder(path), Illustrations())

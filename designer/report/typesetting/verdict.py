@@ -54,7 +54,7 @@ def verdict(study: StudyFolder) -> str:
         return _nothing_feasible(study)
     winner = study.feasible[0]
     sentences = [_counts(study), _winner(study, winner), _size(study, winner), _decided(study)]
-    sentences += [_checked(study, winner), _runners_up(study)]
+    sentences += [_checked(study, winner), _remarks(study, winner), _runners_up(study)]
     return " ".join(sentence for sentence in sentences if sentence) + "\n"
 
 
@@ -154,6 +154,15 @@ def _checked(study: StudyFolder, winner: Row) -> str:
         return ""
     word = "passes" if checked.passed else "does not pass"
     return f"{text(f'Tried as a sensor, the winner {word} the end-to-end check')} (@check)."
+
+
+def _remarks(study: StudyFolder, winner: Row) -> str:
+    """Where to read on before ordering the winner's mirrors; empty if there is nothing to read."""
+    count = len(study.designs[winner.configuration].score.get("remarks") or [])
+    if not count:
+        return ""
+    told = "the remark" if count == 1 else f"the {count} remarks"
+    return f"{text(f'Before its mirrors are ordered, {told} on its page should be read')} (@best)."
 
 
 def _runners_up(study: StudyFolder) -> str:
