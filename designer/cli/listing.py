@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import click
 
+from designer.files import InputError
+
 COLUMNS = ("configuration", "family", "topology", "lower", "upper", "primary", "secondary", "direct")
 
 
 @click.command()
-@click.option("--json", "form", flag_value="json", help="Print JSON.")
-@click.option("--csv", "form", flag_value="csv", help="Print CSV.")
-def configurations(form: str | None) -> None:
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@click.option("--csv", "as_csv", is_flag=True, help="Print CSV.")
+def configurations(as_json: bool, as_csv: bool) -> None:
     """List the 44 configurations."""
+    if as_json and as_csv:
+        raise InputError("--json and --csv: give one of the two")
     from designer.configurations import enumerate_configurations
 
     rows = [
@@ -23,11 +27,11 @@ def configurations(form: str | None) -> None:
         }
         for configuration in enumerate_configurations()
     ]
-    if form == "json":
+    if as_json:
         import json
 
         click.echo(json.dumps(rows, indent=2))
-    elif form == "csv":
+    elif as_csv:
         import csv
         import sys
 

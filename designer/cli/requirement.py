@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 import click
@@ -15,6 +16,8 @@ def init(file: Path) -> None:
     """Write a commented requirement to start from into FILE, which must not exist yet."""
     from designer.requirement.template import template
 
+    if file.is_dir():
+        raise InputError(f"FILE must name a file to write, such as my.toml; {file} is a folder")
     try:
         # Opened for exclusive creation: nothing that exists is overwritten, not even in a race.
         with file.open("x", encoding="utf-8") as stream:
@@ -23,4 +26,4 @@ def init(file: Path) -> None:
         raise InputError(f"{file}: exists already; choose another name") from None
     except OSError as error:
         raise InputError(f"{file}: cannot be written: {error.strerror or error}") from None
-    click.echo(f"{file} written; next: designer study {file}")
+    click.echo(f"{file} written; next: designer study {shlex.quote(str(file))}")

@@ -13,6 +13,7 @@ from designer.files import InputError
 
 if TYPE_CHECKING:
     from designer.requirement import Requirement
+    from designer.requirement.model import Objective
 
 SHOWN_DESIGNS = 10
 SECONDS_OF_A_CHECK = "10 to 30 s"
@@ -90,7 +91,7 @@ def study(
         click.echo("Typesetting study.pdf ...", err=True)
     pdf = None if no_pdf else _typeset(folder, quiet)
     if not quiet:
-        click.echo(_result(folder, pdf))
+        click.echo(_result(folder, pdf, asked.objective))
 
 
 @click.command()
@@ -143,6 +144,8 @@ def _restricted(asked: Requirement, only: tuple[str, ...]) -> Requirement:
 def _make_folder(folder: Path) -> None:
     """Find out now, and not after minutes of work, whether results can be written."""
     try:
+        if folder.exists() and not folder.is_dir():
+            raise InputError(f"{folder}: is a file; --out needs a folder for the results")
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
@@ -150,7 +153,7 @@ def _make_folder(folder: Path) -> None:
         raise InputError(f"{folder}: results cannot be written there: {error.strerror or error}") from None
 
 
-def _result(folder: Path, pdf: Path | None) -> str:
+def _result(folder: Path, pdf: Path | None, objective: Objective) -> str:
     """Where the results are, how many configurations came to what, and the best designs."""
     import csv
     import io
@@ -177,9 +180,36 @@ def _result(folder: Path, pdf: Path | None) -> str:
     parts = [format_table(header, lines, right=(header[0], *header[2:]))] if lines else []
     if beyond:
         parts.append("* first order, too little at the worst point; see depth_error_*_second_order in designs.csv")
+    if len(lines) > 1:
+        parts.append(_how_ranked(objective))
     parts.append(f"{len(rows)} configuration{'s' * (len(rows) != 1)}: {counts}")
+    if feasible:
+        parts += _remarks_on_best(folder / "designs" / f"{feasible[0]['configuration']}.json", pdf)
     parts.append(f"{pdf}" if pdf else f"{folder / 'designs.csv'}")
     return "\n".join(parts)
+
+
+def _how_ranked(objective: Objective) -> str:
+    """Why the order is not that of any column."""
+    first, then = (goal.replace("_", " ") for goal in (objective.minimise, objective.then))
+    share = f"{objective.within_percent:g} %"
+    return (
+        f"ranks: by {then} where the least {first} a design reaches is within {share} of the best of all, the others "
+        f"by that {first}; shown after up to {share} of it was given up for {then}"
+    )
+
+
+def _remarks_on_best(path: Path, pdf: Path | None) -> list[str]:
+    """How many remarks there are on the best design, and where they stand; nothing if there are none."""
+    from designer.design import read_design
+
+    count = len(read_design(path).score.get("remarks", [])) if path.exists() else 0
+    if not count:
+        return []
+    where = f"with the winner in {pdf.name}" if pdf else f"score.remarks in {path}"
+    return [
+        f"before ordering the best design's mirrors, read the {f'{count} remarks' if count > 1 else 'remark'} ({where})"
+    ]
 
 
 def _cell(number: str, factor: float, decimals: int, unit: str = "") -> str:

@@ -53,13 +53,25 @@ def test_the_44_as_table_json_and_csv() -> None:
     )
 
 
+def test_json_or_csv_but_not_both() -> None:
+    assert refused("configurations", "--json", "--csv") == "designer: --json and --csv: give one of the two"
+
+
+@pytest.mark.parametrize("folder", ["", "."])
+def test_init_needs_the_name_of_a_file(folder: str, asked: Path) -> None:
+    assert refused("init", folder) == "designer: FILE must name a file to write, such as my.toml; . is a folder"
+
+
+def test_init_prints_a_command_that_a_shell_understands(asked: Path) -> None:
+    assert run("init", "a b.toml").stdout == "a b.toml written; next: designer study 'a b.toml'\n"
+
+
 def test_init_writes_a_valid_requirement_and_overwrites_nothing(asked: Path) -> None:
     assert read_requirement(asked).name == "my"
     asked.write_text("mine", encoding="utf-8")
     assert "my.toml: exists already" in refused("init", asked)
     assert asked.read_text(encoding="utf-8") == "mine"
     assert "cannot be written" in refused("init", "absent/my.toml")
-    assert "exists already" in refused("init", ".")
 
 
 def test_a_study_goes_to_reports_and_ends_with_the_ranking(asked: Path, calls: Calls) -> None:
@@ -95,6 +107,33 @@ def test_depth_errors_beyond_first_order_carry_a_star(
     assert "1.230 % *" in table[3]
     assert table[2].index("1.230") == table[3].index("1.230")
     assert table[4].startswith("* first order")
+
+
+def test_a_ranking_of_several_says_how_it_was_made(asked: Path, calls: Calls) -> None:
+    first = next(line for line in calls.designs.splitlines() if "feasible" in line)
+    calls.designs += first.replace("folded-HyPl-Hy", "folded-HyHy-Hy").replace("0.0123", "0.0122") + "\n"
+    lines = run("study", asked).stdout.splitlines()
+    assert lines[4] == (
+        "ranks: by height where the least depth error a design reaches is within 1 % of the best of all, the others by "
+        "that depth error; shown after up to 1 % of it was given up for height"
+    )
+
+
+def test_remarks_on_the_best_design_are_pointed_at(asked: Path, calls: Calls) -> None:
+    folder = Path("reports/my/designs")
+    folder.mkdir(parents=True)
+    best = read_design(DATA / "folded_hypl_hy.json")
+    path = folder / f"{best.configuration}.json"
+    write_design(best.model_copy(update={"score": {"remarks": ["a", "b"]}}), path)
+    assert (
+        "before ordering the best design's mirrors, read the 2 remarks (with the winner in study.pdf)"
+        in run("study", asked).stdout.splitlines()
+    )
+    write_design(best.model_copy(update={"score": {"remarks": ["a"]}}), path)
+    assert (
+        f"before ordering the best design's mirrors, read the remark (score.remarks in {path})"
+        in run("study", asked, "--no-pdf").stdout.splitlines()
+    )
 
 
 def test_a_quiet_study_without_pdf_elsewhere(asked: Path, calls: Calls) -> None:
@@ -147,7 +186,9 @@ def test_only_names_what_does_not_exist(asked: Path, calls: Calls) -> None:
 
 def test_a_folder_that_cannot_be_written_is_found_out_before_the_work(asked: Path, calls: Calls) -> None:
     Path("taken").write_text("a file", encoding="utf-8")
-    assert "taken: results cannot be written there" in refused("study", asked, "--out", "taken")
+    assert (
+        refused("study", asked, "--out", "taken") == "designer: taken: is a file; --out needs a folder for the results"
+    )
     assert "results cannot be written there" in refused("study", asked, "--out", "taken/below")
     assert "results cannot be written there" in refused("study", asked, "--out", "/proc/nowhere")
     assert not calls.requirements
@@ -191,7 +232,9 @@ def test_a_design_is_scored_and_traced() -> None:
     assert result.exit_code == 0
     assert "depth_error_rms: " in result.stdout
     assert "baseline 131.607 mm" in result.stdout
+    assert "before ordering" not in result.stdout
     content = json.loads(run("evaluate", "--json", DATA / "jaramillo_2016.json").stdout, parse_constant=pytest.fail)
+    assert content["evaluation"]["remarks"] == []
     assert content["evaluation"]["limit_ratio"] >= 1
     assert content["trace"]["passed"] is False
 

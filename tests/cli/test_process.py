@@ -41,6 +41,11 @@ def test_the_installed_command_refuses_in_one_line(tmp_path: Path) -> None:
     assert result.stderr == "designer: absent.toml: cannot be read: No such file or directory\n"
 
 
+def test_python_dash_m_is_the_command_too() -> None:
+    by_module = subprocess.run([sys.executable, "-m", "designer", "--version"], capture_output=True, check=True)
+    assert by_module.stdout == subprocess.run([COMMAND, "--version"], capture_output=True, check=True).stdout
+
+
 @pytest.mark.parametrize(
     ("number", "code", "line"),
     [(signal.SIGINT, 130, "designer: interrupted\n"), (signal.SIGTERM, 143, "designer: terminated\n")],
