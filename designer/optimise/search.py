@@ -52,10 +52,13 @@ MOST_DESIGNS_IN_SECOND_STAGE = 6
 # too, which waste the image but let the light pass where large ones do not.
 MORE_STARTS_IF_INFEASIBLE = 2
 
+# Violations within this share of the largest are as large.
+TIED = 1e-3
+
 
 @dataclass(frozen=True, slots=True)
 class Shortfall:
-    """The constraint that fails most at the point of least largest violation, in its own unit."""
+    """A constraint that fails most at the point of least largest violation, the first by name, in its own unit."""
 
     constraint: str
     amount: float
@@ -320,17 +323,23 @@ def _infeasible(configuration: Configuration, branches: list[_Branch]) -> Search
         said = ", ".join(f"{status} ({count})" for status, count in statuses.items())
         return SearchResult(configuration, "failed", f"the solver never came to an end: {said}", statuses=statuses)
     misses = [branch.miss for branch in branches if branch.miss is not None]
-    nearest = min(misses, key=lambda miss: miss.violation)
-    worst = int(nearest.report.violations[:, 0].argmax())
-    short = abs(float(nearest.report.amounts[worst, 0]))
-    unit, name = nearest.report.units[worst], nearest.report.names[worst]
-    shortfall = Shortfall(name, short, unit, nearest.violation, nearest.problem.variant.label)
-    variant = f" ({shortfall.variant})" if shortfall.variant else ""
+    tied = _shortfalls(min(misses, key=lambda miss: miss.violation))
+    variant = f" ({tied[0].variant})" if tied[0].variant else ""
+    told = "; and as much, ".join(f"{short.amount:.3g} {short.unit}: {short.constraint}" for short in tied)
     return SearchResult(
         configuration,
         "infeasible",
-        f"no feasible point found; the nearest{variant} misses by {shortfall.amount:.3g} {unit}: {name}",
-        shortfall=shortfall,
+        f"no feasible point found; the nearest{variant} misses by {told}",
+        shortfall=tied[0],
         statuses=statuses,
         trails=tuple(branch.trail("depth_error") for branch in branches),
     )
+
+
+def _shortfalls(miss: Candidate) -> list[Shortfall]:
+    """The constraints that fail most, by name: several tie where the largest violation is least, in no fixed order."""
+    report, variant = miss.report, miss.problem.variant.label
+    failing = np.flatnonzero(report.violations[:, 0] >= (1.0 - TIED) * report.violations[:, 0].max())
+    # A constraint on both ends of a zone has one name for the two.
+    amounts = {report.names[index]: (abs(float(report.amounts[index, 0])), report.units[index]) for index in failing}
+    return [Shortfall(name, *amounts[name], miss.violation, variant) for name in sorted(amounts)]

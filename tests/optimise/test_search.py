@@ -208,6 +208,20 @@ def test_a_miss_names_its_constraint_and_by_how_much(requirement, name):
     assert result.best is None
 
 
+def test_all_that_miss_as_much_are_named_whatever_the_seed():
+    asked = shipped_requirement("sky_watch")
+    reasons = set()
+    for seed in (0, 1):
+        result = search(set_key(asked, "solve.seed", seed), CONFIGURATIONS["folded-PlEl-Hy-upper_outer"])
+        assert result.shortfall is not None
+        first, *others = [told.split(": ")[1] for told in result.reason.split("misses by ")[1].split("; and as much, ")]
+        assert first == result.shortfall.constraint
+        assert [first, *others] == sorted({first, *others})
+        assert others
+        reasons.add(result.reason)
+    assert len(reasons) == 1
+
+
 def test_a_larger_envelope_makes_a_near_miss_feasible():
     """The named constraint is what stands in the way: the indoor robot's direct pair wants room."""
     requirement = set_key(shipped_requirement("indoor_robot"), "envelope", {"height_mm": 400, "diameter_mm": 200})
