@@ -101,11 +101,11 @@ def _on_kind(design: Design, name: str) -> list[str]:
     else:
         return []
     sibling = _sibling(design, codes)
-    towards = f", on the way to {sibling}" if sibling else ""
+    towards = f", towards {sibling}" if sibling else ""
     article = "an" if mirror.kind == "ellipsoid" else "a"
     return [
         f"the {name} mirror is held at conic constant {mirror.conic:.4g}, the bound that tells {article} {mirror.kind} "
-        f"from {next_kind}: the best of this form lies beyond it{towards}"
+        f"from {next_kind}: the search would have gone on beyond it{towards}"
     ]
 
 

@@ -145,9 +145,9 @@ def test_a_mirror_held_at_the_edge_of_its_kind_names_its_sibling(
     design = PROTOTYPE.model_copy(update={"configuration": f"folded-{pair}-Hy-upper_outer"})
     radius = -100.0
     (remark,) = remarks_on(with_mirror(design, mirror, kind=kind, conic=conic, radius_mm=radius))
-    towards = f", on the way to folded-{sibling}-Hy-upper_outer" if sibling else ""
+    towards = f", towards folded-{sibling}-Hy-upper_outer" if sibling else ""
     assert remark == (
-        f"the {mirror} mirror is held at conic constant {told}: the best of this form lies beyond it{towards}"
+        f"the {mirror} mirror is held at conic constant {told}: the search would have gone on beyond it{towards}"
     )
     assert (
         remarks_on(with_mirror(design, mirror, kind=kind, conic=-1.3 if conic < -1 else -0.7, radius_mm=radius)) == []
