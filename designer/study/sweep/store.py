@@ -159,11 +159,13 @@ def open_store(folder: Path) -> Iterator[Store]:
     Raises
     ------
     InputError
-        Another process writes it, or the file is no store.
+        Another process writes it, the file is no store, or the folder is a file.
     StoreError
         The folder cannot be written.
     """
     path = folder / FILE_NAME
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: is a file; results need a folder")
     try:
         folder.mkdir(parents=True, exist_ok=True)
         lock = (folder / f".{FILE_NAME}.lock").open("w")
