@@ -86,7 +86,7 @@ def recording() -> Iterator[list[Instance]]:
 
 def ours(instance: Instance) -> Attempt:
     """The search's own solvers; like those of the opponents, they are built before the clock starts."""
-    _ = instance.program.solver, instance.program.second_solver
+    _ = instance.program.solver
     started = time.process_time()
     result, _ = programs._solve_program(instance.program, instance.arguments)
     seconds = time.process_time() - started
