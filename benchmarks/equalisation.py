@@ -1,4 +1,4 @@
-"""The paper's claim about resolution equalisation, measured: ``python -m benchmarks.equalisation``.
+"""The paper's claim about resolution equalisation, measured: ``python -m benchmarks.equalisation [--texture KIND]``.
 
 Office renders of the prototype design, textures and noise of ten seeds, two detectors. Each raw image is sampled
 bilinearly, with both views smoothed alike to the same noise gain, and equalised, and matched in the same way; the
@@ -20,6 +20,7 @@ from designer.imaging.render_sensor import Sensor as Detector
 from designer.imaging.render_sensor import expose
 from designer.imaging.scenes.library import build_world
 from designer.imaging.sensor import build_sensor
+from designer.imaging.textures import TEXTURE_KINDS
 from designer.report.figures.equalisation import draw_rejections
 from designer.report.figures.style import report_style, svg_bytes
 
@@ -31,14 +32,14 @@ DETECTORS = {
 }
 
 
-def measure(design: Design, seeds: int, samples: int) -> pd.DataFrame:
+def measure(design: Design, texture: str, seeds: int, samples: int) -> pd.DataFrame:
     """One row for each seed and detector: the percentage of pixels rejected, for each way of sampling."""
     methods = sampling_methods(build_sensor(design, equalise=True))
     for method, sensor in methods.items():
         print(f"{method}: noise gain {noise_gain(sensor):.3f}, sigma {sensor.sigma_px or 0.0:.3f} px", flush=True)
     rows = []
     for seed in range(seeds):
-        radiance = render(design, build_world("office", design, seed=seed), samples=samples)
+        radiance = render(design, build_world("office", design, texture, seed), samples=samples)
         for light, detector in DETECTORS.items():
             raw = np.asarray(expose(radiance, detector, seed=seed), dtype=np.uint8)
             compared = compare(methods, raw)
@@ -55,16 +56,18 @@ def main() -> None:
     """Measure, and write table and figure."""
     parser = argparse.ArgumentParser(description="Rejected pixels with and without resolution equalisation.")
     parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--texture", choices=TEXTURE_KINDS, default="rich")
     parser.add_argument("--samples", type=int, default=2, help="rays along a pixel's side")
     parser.add_argument("--out", type=Path, default=RESULTS)
     asked = parser.parse_args()
-    table = measure(read_design(DESIGN), asked.seeds, asked.samples)
+    table = measure(read_design(DESIGN), asked.texture, asked.seeds, asked.samples)
+    name = "equalisation" if asked.texture == "rich" else f"equalisation_{asked.texture}"
     asked.out.mkdir(parents=True, exist_ok=True)
-    table.to_csv(asked.out / "equalisation.csv", index=False, float_format="%.4f")
+    table.to_csv(asked.out / f"{name}.csv", index=False, float_format="%.4f")
     groups = dict(list(table.groupby("detector", sort=False)))
     with report_style():
         drawn = {light: {method: rows[method].to_numpy() for method in METHODS} for light, rows in groups.items()}
-        (asked.out / "equalisation.svg").write_bytes(svg_bytes(draw_rejections(drawn, 160.0, 62.0)))
+        (asked.out / f"{name}.svg").write_bytes(svg_bytes(draw_rejections(drawn, 160.0, 62.0)))
     for light, rows in groups.items():
         for other in ("bilinear", "smoothed_alike"):
             fewer = int((rows["equalised"] < rows[other]).sum())

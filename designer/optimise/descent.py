@@ -116,9 +116,9 @@ def examine_all(task: Task, scaled: Array, separators: Sequence[Separators]) -> 
     with np.errstate(all="ignore"):
         values, assembly = assemble_enclosed(problem, physical_values(problem, scaled))
         report = check(problem, assembly)
+        goals = {name: np.broadcast_to(getattr(assembly, name), shape) for name in GOALS}
     enclosed = scaled_values(problem, values)
     by_name = {name: np.broadcast_to(value, shape) for name, value in values.items()}
-    goals = {name: np.broadcast_to(getattr(assembly, name), shape) for name in GOALS}
     violations = report.largest_violations
     return [
         Candidate(

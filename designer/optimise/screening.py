@@ -96,8 +96,13 @@ def scaled_values(problem: Problem, values: Mapping[str, Array]) -> Array:
         interval = problem.box[name]
         low, high = interval.scaled_ends
         value = np.asarray(values[name], dtype=float)
-        on_scale = np.log(np.abs(value)) if interval.logarithmic else value
-        rows.append(np.zeros_like(on_scale) if high == low else (on_scale - low) / (high - low))
+        if high == low:
+            rows.append(np.zeros_like(value))
+            continue
+        # A gain of 0 lies at minus infinity, and so outside every box.
+        with np.errstate(divide="ignore"):
+            on_scale = np.log(np.abs(value)) if interval.logarithmic else value
+        rows.append((on_scale - low) / (high - low))
     return np.stack(np.broadcast_arrays(*rows))
 
 
