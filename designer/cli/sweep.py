@@ -56,8 +56,6 @@ def sweep(
     pdf = None if no_pdf else _typeset(folder)
     if not quiet:
         click.echo(_result(folder, pdf))
-        if pdf is None and not no_pdf:
-            click.echo("no design is feasible, so there is no report")
 
 
 def _typeset(folder: Path) -> Path | None:
