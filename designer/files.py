@@ -40,6 +40,12 @@ def read_text(path: Path, largest_bytes: int = 64_000_000) -> str:
         raise InputError(f"{path}: not UTF-8 text (byte {error.start})") from None
 
 
+def check_folder(folder: Path) -> None:
+    """Raise InputError if results cannot go there because it is a file."""
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: is a file; --out needs a folder for the results")
+
+
 def write_atomically(path: Path, content: str | bytes) -> None:
     """Write a file under a temporary name in the same folder, then rename it: a reader never sees half of it."""
     path.parent.mkdir(parents=True, exist_ok=True)

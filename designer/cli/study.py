@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from designer.files import InputError
+from designer.files import InputError, check_folder
 
 if TYPE_CHECKING:
     from designer.requirement import Requirement
@@ -144,8 +144,7 @@ def _restricted(asked: Requirement, only: tuple[str, ...]) -> Requirement:
 def _make_folder(folder: Path) -> None:
     """Find out now, and not after minutes of work, whether results can be written."""
     try:
-        if folder.exists() and not folder.is_dir():
-            raise InputError(f"{folder}: is a file; --out needs a folder for the results")
+        check_folder(folder)
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass

@@ -12,7 +12,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, StrictStr, field_validator, model_validator
 
-from designer.configurations import Configuration
+from designer.configurations import FLATTEST, MOST_PARABOLIC, Configuration
 from designer.requirement.camera import Camera
 from designer.requirement.fixed import Fixed
 from designer.requirement.part import METRES, NumberOrRange, Part, ends
@@ -91,7 +91,8 @@ class Solve(Part):
         Field(
             default=("*",),
             description='Configurations to study, by name or glob pattern such as "folded-*-upper_outer". In folding '
-            "pairs a hyperboloid's inverse eccentricity, and an ellipsoid's eccentricity, stays within 0.05 and 0.98: "
+            "pairs a hyperboloid's inverse eccentricity, and an ellipsoid's eccentricity, stays within "
+            f"{FLATTEST:g} and {MOST_PARABOLIC:g}: "
             "flatter it would be a plane (or a sphere), nearer to 1 a paraboloid, which are configurations of their "
             "own. Default: all 44.",
         ),

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from designer.files import InputError
+from designer.files import InputError, check_folder
 from designer.study.sweep.plan import Point
 from designer.study.sweep.point import TaskResult
 
@@ -164,8 +164,7 @@ def open_store(folder: Path) -> Iterator[Store]:
         The folder cannot be written.
     """
     path = folder / FILE_NAME
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"{folder}: is a file; results need a folder")
+    check_folder(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         lock = (folder / f".{FILE_NAME}.lock").open("w")
