@@ -63,6 +63,7 @@ class SweepResult:
         from designer.files import InputError
         from designer.study.sweep.designs import design_at
 
+        self._check_points([point])
         if configuration is None:
             found = self.winners[self.winners["point"] == point]["configuration"]
             if found.empty:
@@ -71,12 +72,28 @@ class SweepResult:
         return design_at(self.folder, point, configuration)
 
     def sensitivities(self, points: list[int] | None = None) -> pd.DataFrame:
-        """What one more unit of each key is worth to the winners, from the first stage's multipliers."""
+        """What one more unit of each key is worth to the winners, from the first stage's multipliers.
+
+        Points where nothing is feasible are left out.
+
+        Raises
+        ------
+        InputError
+            The sweep has no such point.
+        """
         from designer.study.sweep.designs import sensitivities
 
+        self._check_points(points or [])
         chosen = self.winners if points is None else self.winners[self.winners["point"].isin(points)]
         pairs = zip(chosen["point"], chosen["configuration"], strict=True)
         return sensitivities(self.folder, [(int(point), str(name)) for point, name in pairs])
+
+    def _check_points(self, points: list[int]) -> None:
+        from designer.files import InputError
+
+        for point in points:
+            if not (self.table["point"] == point).any():
+                raise InputError(f"{self.folder}: the sweep has no point {point}, or has not come to it yet")
 
     def front(self, columns: tuple[str, ...] = ("depth_error_rms", "height_mm", "diameter_mm")) -> pd.DataFrame:
         """The designs that no other beats in all the columns at once."""

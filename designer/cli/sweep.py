@@ -109,6 +109,6 @@ def _result(folder: Path, pdf: Path | None) -> str:
     wins = best["configuration"].value_counts().head(5)
     lines = [f"{count:6d}  {name}" for name, count in wins.items()]
     header = [f"{frame['point'].nunique()} requirements; most often best:"] if lines else []
-    return "\n".join(
-        [*header, *lines, f"{len(frame)} configuration problems: {counts}", str(pdf or folder / "results.csv")]
-    )
+    problems = f"{len(frame)} configuration problems: {counts}"
+    report = ["Nothing is feasible, so there is no report."] if best.empty else []
+    return "\n".join([*header, *lines, problems, *report, str(pdf or folder / "results.csv")])

@@ -3,10 +3,11 @@
 from designer.requirement.camera import Camera, Lens, principal_distance
 from designer.requirement.fixed import Fixed, FixedMirror, FixedView
 from designer.requirement.model import Goal, Objective, Requirement, Solve
-from designer.requirement.reading import read_requirement, requirement_to_toml, set_key
+from designer.requirement.reading import NOT_ASKED, read_requirement, requirement_to_toml, set_key
 from designer.requirement.space import Envelope, Manufacture, WorkingVolume
 
 __all__ = [
+    "NOT_ASKED",
     "Camera",
     "Envelope",
     "Fixed",

@@ -14,6 +14,8 @@ from designer.files import InputError, describe_validation_error, read_text
 from designer.requirement.model import Requirement
 
 LARGEST_FILE_BYTES = 1_000_000
+NOT_ASKED = ("name", "title", "description")
+"""Keys that name a requirement and say nothing of what it asks."""
 
 
 def read_requirement(path: Path) -> Requirement:

@@ -11,13 +11,11 @@ from typing import Any
 import pandas as pd
 
 from designer.files import InputError, read_text
-from designer.requirement import requirement_to_toml
+from designer.requirement import NOT_ASKED, requirement_to_toml
 from designer.study.sweep.export import axis_columns, read_sweep_results, requirement_of
 from designer.study.sweep.store import FILE_NAME
 
 SCORES = ("depth_error_rms", "limit_ratio", "baseline_mm", "height_mm", "diameter_mm")
-# Names differ between any two; they say nothing of what is asked.
-_NOT_ASKED = ("name", "title", "description")
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,10 +63,10 @@ def compare(first: Path, second: Path) -> Comparison:
     asked_b, table_b = _read(second)
     axes = axis_columns(table_a)
     if axes != axis_columns(table_b):
-        raise InputError(f"{first} and {second}: a study and a sweep, or sweeps over other axes, cannot be compared")
+        raise InputError(f"cannot be compared: {first} is {_kind(axes)}, {second} is {_kind(axis_columns(table_b))}")
     swept = {axis.partition(".")[2] for axis in axes}
     flat_a, flat_b = _flat(asked_a), _flat(asked_b)
-    keys = [key for key in {**flat_a, **flat_b} if key not in _NOT_ASKED and key not in swept]
+    keys = [key for key in {**flat_a, **flat_b} if key not in NOT_ASKED and key not in swept]
     changes = tuple((key, flat_a.get(key), flat_b.get(key)) for key in keys if flat_a.get(key) != flat_b.get(key))
     return Comparison(
         changes,
@@ -77,12 +75,17 @@ def compare(first: Path, second: Path) -> Comparison:
     )
 
 
+def _kind(axes: list[str]) -> str:
+    return f"a sweep over {', '.join(axis.partition('.')[2] for axis in axes)}" if axes else "a study"
+
+
 def _read(folder: Path) -> tuple[Mapping[str, Any], pd.DataFrame]:
     """What was asked, and the table of results."""
     if (folder / FILE_NAME).is_file():
         return tomllib.loads(requirement_to_toml(requirement_of(folder))), read_sweep_results(folder)
     if not (folder / "designs.csv").is_file():
-        raise InputError(f"{folder}: must be the folder of a study or of a sweep")
+        holds = f"holds neither designs.csv nor {FILE_NAME}" if folder.is_dir() else "is no folder"
+        raise InputError(f"{folder}: {holds}; give the folder of a study or of a sweep")
     table = pd.read_csv(folder / "designs.csv")
     if "rank" not in table:  # nothing is feasible
         table["rank"] = pd.NA

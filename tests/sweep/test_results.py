@@ -144,8 +144,15 @@ def test_comparing_says_what_changed(finished_folder, quick_sweep, tmp_path):
 
 
 def test_comparing_with_what_is_no_result_gets_one_line(finished_folder, tmp_path):
-    with pytest.raises(InputError, match="must be the folder"):
+    with pytest.raises(InputError, match="holds neither designs"):
         compare(finished_folder, tmp_path)
+
+
+def test_a_point_that_does_not_exist_is_refused(finished_folder):
+    found = api.read_sweep_folder(finished_folder)
+    for ask in (lambda: found.design(99), lambda: found.sensitivities([0, 99])):
+        with pytest.raises(InputError, match="has no point 99"):
+            ask()
 
 
 def test_examples_of_the_api_run(monkeypatch):

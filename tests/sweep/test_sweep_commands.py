@@ -1,5 +1,6 @@
 """``designer sweep`` and ``designer compare``: each option, and how they refuse."""
 
+import json
 import sqlite3
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,7 +12,7 @@ from click.testing import CliRunner
 from designer.cli import cli
 from designer.study.sweep import cluster, run
 from designer.study.sweep.export import read_sweep_results
-from designer.study.sweep.store import FILE_NAME
+from designer.study.sweep.store import FILE_NAME, read_store
 from designer.study.sweep.workers import local_workers
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
@@ -166,10 +167,27 @@ def test_a_folder_that_cannot_be_written(tiny, tmp_path):
 def test_a_folder_with_another_sweep_or_a_broken_store(tiny, tmp_path):
     assert invoke("sweep", tiny, "--jobs", 1, "--no-pdf", "--quiet", "--out", "there").exit_code == 0
     (tmp_path / "tiny.toml").write_text(TINY.replace("98", "97"))
-    assert "holds a sweep with another definition" in refused("sweep", tiny, "--jobs", 1, "--out", "there")
+    assert "holds a sweep with another plan of points;" in refused("sweep", tiny, "--jobs", 1, "--out", "there")
     (tmp_path / "broken").mkdir()
     (tmp_path / "broken" / FILE_NAME).write_text("this is no database, but long enough to look like a file" * 20)
     assert "is no store of a sweep" in refused("sweep", tiny, "--jobs", 1, "--out", "broken")
+
+
+def test_another_name_is_the_same_sweep_and_its_report_is_called_by_it(tiny, tmp_path):
+    words = ("--jobs", 1, "--no-pdf", "--quiet", "--out", "there")
+    assert invoke("sweep", tiny, *words).exit_code == 0
+    with read_store(tmp_path / "there") as store:
+        times = store.execute("SELECT seconds FROM tasks ORDER BY point").fetchall()
+    base = tmp_path / "base.toml"
+    (tmp_path / "elsewhere.toml").write_text(base.read_text().replace("Indoor robot:", "Another title:"))
+    (tmp_path / "renamed.toml").write_text('title = "Other"\n' + TINY.replace("base.toml", "elsewhere.toml"))
+    assert invoke("sweep", "renamed.toml", *words).exit_code == 0
+    with read_store(tmp_path / "there") as store:
+        assert store.execute("SELECT seconds FROM tasks ORDER BY point").fetchall() == times
+        about = dict(store.execute("SELECT key, value FROM about"))
+    assert json.loads(about["definition"])["title"] == "Other"
+    base.write_text(base.read_text().replace("noise_px = 0.1 ", "noise_px = 0.2 "))
+    assert "holds a sweep with another requirement;" in refused("sweep", tiny, "--jobs", 1, "--out", "there")
 
 
 def test_a_full_disk_is_one_line(tiny, monkeypatch):
@@ -189,6 +207,7 @@ def test_nothing_feasible_is_a_table_without_a_report(tiny, tmp_path):
     result = invoke("sweep", tiny, "--jobs", 1)
     assert result.exit_code == 0
     assert "2 configuration problems: 2 infeasible" in result.stdout
+    assert "Nothing is feasible, so there is no report." in result.stdout
     assert result.stdout.splitlines()[-1] == "reports/tiny/results.csv"
 
 
@@ -209,11 +228,12 @@ def test_comparing_prints_what_was_asked_who_won_and_the_scores(tiny, tmp_path):
 
 def test_comparing_refuses_in_a_line(tiny, tmp_path):
     assert invoke("sweep", tiny, "--jobs", 1, "--no-pdf", "--quiet", "--out", "a").exit_code == 0
-    assert "absent: must be the folder of a study or of a sweep" in refused("compare", "a", "absent")
-    assert "tiny.toml: must be the folder" in refused("compare", "tiny.toml", "a")
+    assert "absent: is no folder; give the folder of a study or of a sweep" in refused("compare", "a", "absent")
+    assert "tiny.toml: is no folder" in refused("compare", "tiny.toml", "a")
     (tmp_path / "other.toml").write_text(
         TINY.replace("baseline_mm", "envelope.height_mm").replace("98, 100", "138, 140")
     )
     assert invoke("sweep", "other.toml", "--jobs", 1, "--no-pdf", "--quiet", "--out", "b").exit_code == 0
-    assert "sweeps over other axes, cannot be compared" in refused("compare", "a", "b")
+    kinds = "a is a sweep over baseline_mm, b is a sweep over envelope.height_mm"
+    assert f"cannot be compared: {kinds}" in refused("compare", "a", "b")
     assert invoke("compare", "a").exit_code == 2

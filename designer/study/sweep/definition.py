@@ -14,6 +14,7 @@ from designer.files import InputError, describe_validation_error, read_text
 from designer.requirement import Requirement, read_requirement, set_key
 from designer.requirement.part import Part
 from designer.requirement.quantity import Quantity, refuse
+from designer.requirement.selection import nearest
 
 MOST_POINTS = 100_000
 _ANY_NUMBER = Quantity(-1e9, 1e9)
@@ -235,7 +236,8 @@ def _check_key(path: Path, base: Requirement, key: str) -> None:
         elif isinstance(value, list | tuple) and part.isdecimal() and int(part) < len(value):
             value = value[int(part)]
         else:
-            raise InputError(f"{path}: axis.key = {key!r}: the requirement has no such key ({part})")
+            advice = f"; {nearest(part, tuple(value))}" if isinstance(value, dict) else ""
+            raise InputError(f"{path}: axis.key = {key!r}: the requirement has no such key ({part}){advice}")
     if key.partition(".")[0] == "solve":
         raise InputError(f"{path}: axis.key = {key!r}: says how the study is computed, not what is asked")
     if isinstance(value, bool) or not isinstance(value, int | float | tuple):

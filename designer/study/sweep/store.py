@@ -10,11 +10,14 @@ import errno
 import fcntl
 import json
 import sqlite3
+import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from designer.files import InputError, check_folder
+from designer.requirement import NOT_ASKED
 from designer.study.sweep.plan import Point
 from designer.study.sweep.point import TaskResult
 
@@ -105,7 +108,7 @@ class Store:
             )
 
     def create(self, about: dict[str, str], points: tuple[Point, ...]) -> None:
-        """Lay out an empty store, or make sure that it holds this very sweep.
+        """Lay out an empty store, or make sure that it holds this very sweep, by whatever name.
 
         Raises
         ------
@@ -114,24 +117,30 @@ class Store:
         StoreError
             It cannot be written.
         """
+        planned = [(point.number, point.parent, json.dumps(point.coordinates)) for point in points]
         if self.connection.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()[0]:
             known = dict(self.connection.execute("SELECT key, value FROM about"))
-            changed = [key for key in about if known.get(key) != about[key]]
-            if changed:
+            same = {
+                "plan of points": self.connection.execute("SELECT * FROM points ORDER BY point").fetchall() == planned,
+                "requirement": _asked(known["requirement"]) == _asked(about["requirement"]),
+                "version of designer": known["version of designer"] == about["version of designer"],
+            }
+            if not all(same.values()):
+                changed = " and ".join(key for key, is_same in same.items() if not is_same)
                 raise InputError(
-                    f"{self.path}: holds a sweep with another {' and '.join(changed)}; "
+                    f"{self.path}: holds a sweep with another {changed}; "
                     "give another folder with --out, or remove the file to start anew"
                 )
+            if known != about:
+                with self._writing():
+                    self.connection.executemany("UPDATE about SET value = ?2 WHERE key = ?1", about.items())
             return
         with self._writing():
             # executescript would commit halfway.
             for statement in filter(str.strip, _SCHEMA.split(";")):
                 self.connection.execute(statement)
             self.connection.executemany("INSERT INTO about VALUES (?, ?)", about.items())
-            self.connection.executemany(
-                "INSERT INTO points VALUES (?, ?, ?)",
-                [(point.number, point.parent, json.dumps(point.coordinates)) for point in points],
-            )
+            self.connection.executemany("INSERT INTO points VALUES (?, ?, ?)", planned)
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
@@ -150,6 +159,10 @@ class Store:
             if self.connection.in_transaction:
                 self.connection.rollback()
             raise
+
+
+def _asked(requirement: str) -> dict[str, Any]:
+    return {key: value for key, value in tomllib.loads(requirement).items() if key not in NOT_ASKED}
 
 
 @contextmanager
