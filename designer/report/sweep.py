@@ -125,7 +125,8 @@ def _source(folder: Path, table: pd.DataFrame, best: pd.DataFrame) -> str:
             f"Designer {about['version of designer']}, base requirement {base['name']}, plan "
             f"{definition['plan'].replace('_', ' ')}, seed {definition['seed']} of the plan and "
             f"{base['solve']['seed']} of the searches. Each point started from a neighbour's optimum along a fixed "
-            "tree; each feasible design was traced over the elevations asked of it."
+            "tree; each feasible design was traced over the elevations asked of it. A design may have stayed in its "
+            "neighbour's optimum: before building one, run a study of its requirement, which searches from nothing."
         ),
     ]
     return "\n".join(parts)
