@@ -10,6 +10,9 @@ from pydantic import BeforeValidator, Discriminator, Field, StrictStr, Tag, mode
 from designer.requirement.part import METRES, NumberOrRange, Part, ends
 from designer.requirement.quantity import Quantity, refuse
 
+CLOSEST_FOCUS = 1.001
+"""Focus distance in focal lengths that no lens goes below: there its image plane would lie a thousand of them away."""
+
 
 def principal_distance(focal_length_mm: float, focus_distance_mm: float) -> float:
     """Distance of the image plane from the pinhole, mm: f0 u / (u - f0) for a lens f0 focused at u.
@@ -74,16 +77,19 @@ class Lens(Part):
 
     @model_validator(mode="after")
     def _can_be_built(self) -> Self:
-        shortest, longest = self.focal_lengths_mm
-        if self.focus_distance_mm <= 1.001 * longest:
+        longest = self.focal_lengths_mm[1]
+        which = "longest focal length" if isinstance(self.focal_length_mm, tuple) else "focal length"
+        if self.focus_distance_mm <= CLOSEST_FOCUS * longest:
             refuse(
-                f"must be greater than the focal length ({longest:g} mm)", "focus_distance_mm", self.focus_distance_mm
+                f"must be greater than {CLOSEST_FOCUS:g} times the {which}, {CLOSEST_FOCUS * longest:.8g} mm",
+                "focus_distance_mm",
+                self.focus_distance_mm,
             )
-        pupil_radius = shortest / (2 * self.f_number)
+        # The f-number holds at every focal length, so the pupil is widest at the longest.
+        pupil_radius = longest / (2 * self.f_number)
         if pupil_radius > self.radius_mm:
             refuse(
-                f"must be at least the radius of the entrance pupil, focal_length_mm / (2 f_number) = "
-                f"{pupil_radius:.4g} mm",
+                f"must be at least the radius of the entrance pupil, {which} / (2 f_number) = {pupil_radius:.4g} mm",
                 "radius_mm",
                 self.radius_mm,
             )

@@ -143,7 +143,7 @@ def _check_agreement(name: str, found: Iterable[tuple[str, float]]) -> None:
     """Two ways to the inverse eccentricity of one mirror that give different numbers."""
     known = list(found)
     for words, q in known:
-        if q <= 0 or q == 1:
+        if not 0 < q < math.inf or q == 1:  # infinite: a sphere round the pinhole, its foci one
             refuse(f"{words} leave no mirror with foci at the pinhole and at its viewpoint", f"mirror.{name}")
     for words, q in known[1:]:
         first_words, first = known[0]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from numbers import Integral, Real
 from typing import Any, Literal, NoReturn
 
 from pydantic import GetCoreSchemaHandler
@@ -73,8 +74,10 @@ class Quantity:
             refuse(f"must be {self.allowed}")
         return self._checked_number(value)
 
-    def _checked_number(self, value: object) -> float:
-        if isinstance(value, bool) or not isinstance(value, int if self.whole else int | float):
+    def _checked_number(self, value: Any) -> float:
+        # The abstract kinds hold NumPy's numbers too.
+        kind: type[Any] = Integral if self.whole else Real
+        if isinstance(value, bool) or not isinstance(value, kind):
             hint = "; write it without quotes and without a unit" if isinstance(value, str) else ""
             refuse(f"must be {self.allowed}{hint}")
         if value == math.inf and self.may_be_infinite:
@@ -85,7 +88,7 @@ class Quantity:
             mistaken = value < self.low and (value > 0 or self.low <= 0)
             hint = self.if_smaller if mistaken else self.if_larger if value > self.high else ""
             refuse(f"must be {self.allowed}{'; ' if hint else ''}{hint}")
-        return value if self.whole else float(value)
+        return int(value) if self.whole else float(value)
 
 
 def _order_hint(low: float, high: float, shape: str) -> str:

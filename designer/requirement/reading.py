@@ -76,11 +76,10 @@ def set_key(requirement: Requirement, key: str, value: object) -> Requirement:
 
 
 def _child(target: Any, part: str, key: str) -> Any:
-    if isinstance(target, list):
-        return target[_index(target, part, key)]
-    child = target.setdefault(part, {})
+    place: Any = _index(target, part, key) if isinstance(target, list) else part
+    child = target[place] if isinstance(target, list) else target.setdefault(place, {})
     if isinstance(child, tuple):  # catalogues are kept as tuples, which cannot be changed in place
-        child = target[part] = list(child)
+        child = target[place] = list(child)
     if not isinstance(child, dict | list):
         raise InputError(f"{key}: {part} holds no further keys")
     return child

@@ -5,6 +5,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -183,6 +184,8 @@ def test_setting_a_key_changes_that_key_and_what_follows_from_it() -> None:
         ("envelope.height_mm", 0.1, "is that metres?"),
         ("camera.lens.radius_mm", 41, "at least the diameter of the lens"),
         ("envelope.height_mm.more", 1, "height_mm holds no further keys"),
+        ("working_volume.elevation_deg.1.more", 3, "1 holds no further keys"),
+        ("working_volume.elevation_deg.2", 3, "2 must be a number from 0 to 1"),
         ("envelop.height_mm", 1, "did you mean envelope"),
         ("nothing", 1, "no such key"),
         ("", 1, "no such key"),
@@ -192,6 +195,30 @@ def test_setting_a_key_changes_that_key_and_what_follows_from_it() -> None:
 def test_setting_a_key_checks_everything_again(key: str, value: object, message: str) -> None:
     with pytest.raises(InputError, match=message.replace("?", r"\?")):
         set_key(requirement(), key, value)
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    """A sweep is often a np.arange; what it sets is kept as Python's own, which TOML can hold."""
+    asked = requirement()
+    for key, values in (
+        ("baseline_mm", np.arange(100, 200, 50)),
+        ("envelope.height_mm", np.arange(140.0, 150.0, 5.0, dtype=np.float32)),
+        ("camera.width_px", np.arange(1600, 1800, 100)),
+    ):
+        for value in values:
+            assert set_key(asked, key, value) == set_key(asked, key, value.item())
+            assert requirement_to_toml(set_key(asked, key, value)) == requirement_to_toml(
+                set_key(asked, key, value.item())
+            )
+    assert set_key(asked, "baseline_mm", list(np.array([80, 120]))).baseline_range_mm == (80, 120)
+    for key, value in (
+        ("baseline_mm", np.float64(math.nan)),
+        ("baseline_mm", np.float64(math.inf)),
+        ("baseline_mm", np.bool_(True)),
+        ("camera.width_px", np.float64(1600)),
+    ):
+        with pytest.raises(InputError, match="must be a"):
+            set_key(asked, key, value)
 
 
 def test_the_template_is_valid_and_asks_for_nothing_but_its_comments(tmp_path: Path) -> None:
