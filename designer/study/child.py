@@ -20,14 +20,16 @@ def build_pool(jobs: int, preload: str) -> ProcessPoolExecutor:
     if _is_main_thread():
         # Ctrl-C reaches every process of a terminal: while it imports, the server would die of it, loudly.
         previous = signal.signal(signal.SIGINT, signal.SIG_IGN)
-        multiprocessing.forkserver.ensure_running()
-        signal.signal(signal.SIGINT, previous)
+        try:
+            multiprocessing.forkserver.ensure_running()
+        finally:
+            signal.signal(signal.SIGINT, previous)
     return ProcessPoolExecutor(jobs, mp_context=context, initializer=begin_as_child)
 
 
 @contextmanager
 def interrupts_held_back() -> Iterator[None]:
-    """Let Ctrl-C and SIGTERM wait until the end: around handing out work, which may start a process.
+    """Let Ctrl-C and SIGTERM wait until the end, even one by an error: around handing out work, which starts processes.
 
     Interrupted halfway, that process would be nobody's to end, and would find what it needs gone.
     """
@@ -42,8 +44,8 @@ def interrupts_held_back() -> Iterator[None]:
     finally:
         for number, handler in zip(numbers, previous, strict=True):
             signal.signal(number, handler)
-    for held_back in waiting:
-        signal.raise_signal(held_back)
+        for held_back in waiting:
+            signal.raise_signal(held_back)
 
 
 def stop_pool(pool: ProcessPoolExecutor) -> None:
