@@ -63,6 +63,11 @@ class Camera(Record):
         return 1.0 / (1.0 / self.focal_length_mm + nearness) / self.f_number / 2.0
 
     @property
+    def lens_seat_mm(self) -> float:
+        """Height at which the lens barrel sits on the camera body."""
+        return self.lens_front_mm - self.lens_length_mm
+
+    @property
     def principal_point_px(self) -> tuple[float, float]:
         """Image centre (u, v); pixel centres lie at whole coordinates."""
         return (self.width_px - 1) / 2, (self.height_px - 1) / 2
@@ -85,6 +90,11 @@ class Mirror(Record):
     outer_radius_mm: Positive
     thickness_mm: NonNegative
     faces: Literal["up", "down"]
+
+    @property
+    def back_offset_mm(self) -> float:
+        """How far the substrate's back lies above the face; negative behind a mirror that faces up."""
+        return self.thickness_mm if self.faces == "down" else -self.thickness_mm
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
@@ -128,6 +138,11 @@ class Views(Record):
 
     upper: View
     lower: View
+
+    @property
+    def middle_mm(self) -> float:
+        """Height of the middle of the baseline."""
+        return (self.upper.viewpoint_mm + self.lower.viewpoint_mm) / 2.0
 
 
 class WorkingVolume(Record):

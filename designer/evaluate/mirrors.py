@@ -101,7 +101,7 @@ def overall_diameter_mm(design: Design) -> float:
 
 def _substrate_heights(mirror: Mirror) -> list[float]:
     surface = surface_of(mirror)
-    shift = mirror.thickness_mm if mirror.faces == "down" else -mirror.thickness_mm
+    shift = mirror.back_offset_mm
     rims = [float(surface.height(radius)) for radius in (mirror.inner_radius_mm, mirror.outer_radius_mm)]
     return [height + offset for height in rims for offset in (0.0, shift)]
 
@@ -112,8 +112,9 @@ def _blank_volume_mm3(mirror: Mirror) -> float:
 
 
 def _slope_deg(surface: Surface, radius: float) -> float:
-    rise = surface.curvature * radius
-    return math.degrees(math.atan(abs(rise) / math.sqrt(1.0 - surface.conic_term * radius**2)))
+    # At an equator, which rounding can put a hair within the rim or beyond it, the face is upright.
+    run = math.sqrt(max(1.0 - surface.conic_term * radius**2, 0.0))
+    return math.degrees(math.atan2(abs(surface.curvature * radius), run))
 
 
 def _best_sphere(

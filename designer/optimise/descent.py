@@ -20,14 +20,12 @@ from designer.optimise.menu import Menu, Separators
 from designer.optimise.program import GOALS, Goal, Outcome, reduce_violation, solve
 from designer.optimise.screening import Check, Problem, assemble_enclosed, check, physical_values, scaled_values
 from designer.optimise.separators import choose_separators, rechoose
-from designer.requirement import Lens
+from designer.requirement import SAME_OBJECTIVE, Lens
 
 Array = NDArray[np.float64]
 
 # A design is feasible when no constraint fails by more than this, as a share of its scale (a nanometre for lengths).
 LARGEST_VIOLATION = 1e-6
-# Objectives nearer than this, as a ratio, are the same optimum.
-SAME_OBJECTIVE = 1e-7
 # Designs nearer than this in the unit box are the same.
 SAME_POINT = 1e-3
 # How often separators are chosen anew.

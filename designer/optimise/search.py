@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from designer.configurations import Configuration
 from designer.optimise.box import SMALLEST_GAIN_SHARE, Ranges, box_of, limit_of
 from designer.optimise.descent import (
-    SAME_OBJECTIVE,
     WORTH_ANOTHER_HOP,
     Candidate,
     Task,
@@ -282,7 +281,7 @@ def _second_stage(requirement: Requirement, configuration: Configuration, branch
     first_goal, second_goal = requirement.objective.minimise, requirement.objective.then
     every = [design for branch in branches for design in branch.designs]
     first = min(every, key=lambda design: design.goals[first_goal])
-    bound = first.goals[first_goal] * (1.0 + max(requirement.objective.within_percent / 100.0, SAME_OBJECTIVE))
+    bound = first.goals[first_goal] * (1.0 + requirement.objective.tolerance)
     goal = Goal(second_goal, ((first_goal, bound),))
     improved: list[Candidate] = []
     for branch in branches:

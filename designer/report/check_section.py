@@ -80,7 +80,7 @@ def _noise(noise_px: object) -> str:
     if not isinstance(noise_px, dict) or noise_px.get("median") is None:
         return DASH
     median, least, largest = (number(noise_px.get(name), 3) for name in ("median", "least", "largest"))
-    return f"{median} px ({least} to {largest} over the elevations)"
+    return f"{median} px ({least} to {largest} over elevations and distances)"
 
 
 def _bands(checked: CheckedDesign) -> str:

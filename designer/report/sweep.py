@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -25,8 +24,9 @@ from designer.report.sweep_figures import (
     short,
 )
 from designer.report.typesetting.markup import DASH, call, cells, literal, number, text
+from designer.requirement import Goal
 from designer.study.sweep.designs import sensitivities
-from designer.study.sweep.export import axis_columns, pareto, read_sweep_results, winners
+from designer.study.sweep.export import axis_columns, pareto, read_sweep_results, requirement_of, winners
 from designer.study.sweep.store import read_store
 
 WIDTH_MM = 168.0
@@ -34,6 +34,13 @@ LISTED_WINNERS = 15
 # Multipliers are shown for so many winners, spread over the sweep.
 SENSITIVITIES_SHOWN = 10
 SMALLEST_SLOPE_SHOWN = 1e-4
+# In words, the unit in which a multiplier is shown, and that unit in the goal's own.
+SENSITIVITY_UNITS: dict[Goal, tuple[str, str, float]] = {
+    "depth_error": ("depth error", "parts per ten thousand (0.01 percentage points of relative depth error)", 1e4),
+    "height": ("height", "mm", 1.0),
+    "diameter": ("diameter", "mm", 1.0),
+    "volume": ("volume", "cm³", 1e-3),
+}
 FRONT_COLUMNS = ("depth_error_rms", "height_mm", "diameter_mm")
 
 
@@ -86,7 +93,7 @@ def _source(folder: Path, table: pd.DataFrame, best: pd.DataFrame) -> str:
         about = dict(connection.execute("SELECT key, value FROM about"))
         planned = connection.execute("SELECT COUNT(*) FROM points").fetchone()[0]
     definition = json.loads(about["definition"])
-    base = tomllib.loads(about["requirement"])
+    base = requirement_of(folder)
     letters = letters_of(best)
     front = pareto(table[table["status"] == "feasible"], FRONT_COLUMNS)
     parts = [
@@ -119,12 +126,12 @@ def _source(folder: Path, table: pd.DataFrame, best: pd.DataFrame) -> str:
             f"The {len(front)} designs that no other beats in depth error, height and diameter at once: what was "
             "asked, and what came of it. Colours as in the map.",
         ),
-        _sensitivity_section(folder, best),
+        _sensitivity_section(folder, best, base.objective.minimise),
         "= Where it comes from\n",
         text(
-            f"Designer {about['version of designer']}, base requirement {base['name']}, plan "
+            f"Designer {about['version of designer']}, base requirement {base.name}, plan "
             f"{definition['plan'].replace('_', ' ')}, seed {definition['seed']} of the plan and "
-            f"{base['solve']['seed']} of the searches. Each point started from a neighbour's optimum along a fixed "
+            f"{base.solve.seed} of the searches. Each point started from a neighbour's optimum along a fixed "
             "tree; each feasible design was traced over the elevations asked of it. A design may have stayed in its "
             "neighbour's optimum: before building one, run a study of its requirement, which searches from nothing."
         ),
@@ -188,8 +195,8 @@ def _winners_table(best: pd.DataFrame, letters: dict[str, str]) -> str:
     ) + text("Medians over the requirements where each wins.")
 
 
-def _sensitivity_section(folder: Path, best: pd.DataFrame) -> str:
-    """What one percent more of each key does to the first objective of some winners."""
+def _sensitivity_section(folder: Path, best: pd.DataFrame, goal: Goal) -> str:
+    """What one more unit of each key does to the first objective of some winners."""
     chosen = best.iloc[np.unique(np.linspace(0, len(best) - 1, SENSITIVITIES_SHOWN).round().astype(int))]
     slopes = sensitivities(folder, list(zip(chosen["point"], chosen["configuration"], strict=True)))
     keys = [key for key in slopes.columns[2:] if slopes[key].abs().max() > 0.0]
@@ -198,19 +205,20 @@ def _sensitivity_section(folder: Path, best: pd.DataFrame) -> str:
     weight = slopes[keys].abs().mean().sort_values(ascending=False)
     keys = [str(key) for key in weight.index[:8]]
     axes = axis_columns(best)
+    objective, unit, factor = SENSITIVITY_UNITS[goal]
     asked = {row["point"]: ", ".join(f"{row[axis]:.4g}" for axis in axes) for _, row in chosen.iterrows()}
     rows = [
-        [f"{row['point']}: {asked[row['point']]}", row["configuration"], *(_slope(1e4 * row[key]) for key in keys)]
+        [f"{row['point']}: {asked[row['point']]}", row["configuration"], *(_slope(factor * row[key]) for key in keys)]
         for _, row in slopes.iterrows()
     ]
     header = ", ".join(f"[#text({literal(short(key))})]" for key in keys)
     return (
         "= What each requirement is worth\n"
         + text(
-            "Change of the least depth error, in parts per ten thousand (0.01 percentage points of relative depth "
-            "error), for one more unit (mm, degree or pixel) of each key: the Lagrange multipliers of the first "
-            "stage, at winners spread over the sweep. They hold while the same constraints hold the design. After the "
-            f"number of the point stands what was asked: {', '.join(short(axis) for axis in axes)}."
+            f"Change of the least {objective}, in {unit}, for one more unit (mm, degree or pixel) of each key: the "
+            "Lagrange multipliers of the first stage, at winners spread over the sweep. They hold while the same "
+            "constraints hold the design. After the number of the point stands what was asked: "
+            f"{', '.join(short(axis) for axis in axes)}."
         )
         + "\n"
         + call(
@@ -225,8 +233,8 @@ def _sensitivity_section(folder: Path, best: pd.DataFrame) -> str:
 
 
 def _slope(value: float) -> str:
-    """Three digits; nothing worth mentioning is a dash."""
-    return DASH if abs(value) < SMALLEST_SLOPE_SHOWN else f"{value:+.3g}".replace("-", "−")
+    """Three digits; a dash for nothing worth mentioning, and where the key cannot move both ways."""
+    return DASH if not abs(value) >= SMALLEST_SLOPE_SHOWN else f"{value:+.3g}".replace("-", "−")
 
 
 def _figure(name: str, caption: str) -> str:

@@ -78,7 +78,7 @@ def cross_section_lines(design: Design) -> dict[str, Lines]:
     The upper view's rays leave to the right, the lower view's to the left, over the elevations asked of them.
     """
     camera, span = design.camera, 6.0 * max(design.height_mm, design.diameter_mm)
-    barrel_end = camera.lens_front_mm - camera.lens_length_mm
+    barrel_end = camera.lens_seat_mm
     barrel = (camera.lens_radius_mm, barrel_end, camera.lens_front_mm)
     body = (camera.body_radius_mm, barrel_end - 0.5 * camera.lens_length_mm, barrel_end)
     boxes = [
@@ -119,7 +119,7 @@ def _face(mirror: Mirror) -> Lines:
 
 def _substrate(mirror: Mirror) -> Lines:
     face = _face(mirror)
-    thickness = mirror.thickness_mm if mirror.faces == "down" else -mirror.thickness_mm
+    thickness = mirror.back_offset_mm
     back = face + np.array([0.0, thickness])
     return np.vstack([face, back[::-1], face[:1]])
 

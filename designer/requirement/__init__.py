@@ -2,12 +2,21 @@
 
 from designer.requirement.camera import Camera, Lens, principal_distance
 from designer.requirement.fixed import Fixed, FixedMirror, FixedView
-from designer.requirement.model import Goal, Objective, Requirement, Solve
-from designer.requirement.reading import NOT_ASKED, read_requirement, requirement_to_toml, set_key
+from designer.requirement.model import GOAL_COLUMNS, SAME_OBJECTIVE, Goal, Objective, Requirement, Solve
+from designer.requirement.reading import (
+    NOT_ASKED,
+    read_requirement,
+    requirement_from_json,
+    requirement_to_json,
+    requirement_to_toml,
+    set_key,
+)
 from designer.requirement.space import Envelope, Manufacture, WorkingVolume
 
 __all__ = [
+    "GOAL_COLUMNS",
     "NOT_ASKED",
+    "SAME_OBJECTIVE",
     "Camera",
     "Envelope",
     "Fixed",
@@ -22,6 +31,8 @@ __all__ = [
     "WorkingVolume",
     "principal_distance",
     "read_requirement",
+    "requirement_from_json",
+    "requirement_to_json",
     "requirement_to_toml",
     "set_key",
 ]

@@ -22,8 +22,17 @@ from designer.requirement.space import Envelope, Manufacture, WorkingVolume
 
 # What differs by more cannot be met to the solver's tolerance either.
 SAME_LENGTH_MM = 1e-6
+# Objectives nearer than this, as a ratio, are the same optimum.
+SAME_OBJECTIVE = 1e-7
 
 Goal = Literal["depth_error", "height", "diameter", "volume"]
+GOAL_COLUMNS: dict[str, str] = {
+    "depth_error": "depth_error_rms",
+    "height": "height_mm",
+    "diameter": "diameter_mm",
+    "volume": "volume_cm3",
+}
+"""Under which name tables and scores hold each goal."""
 
 
 class Objective(Part):
@@ -67,6 +76,11 @@ class Objective(Part):
                 self.within_percent,
             )
         return self
+
+    @property
+    def tolerance(self) -> float:
+        """How far above the least a first objective may lie to count as equal to it, as a share."""
+        return max(self.within_percent / 100.0, SAME_OBJECTIVE)
 
 
 class Solve(Part):

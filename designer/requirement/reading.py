@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
 from pathlib import Path
@@ -42,6 +43,16 @@ def read_requirement(path: Path) -> Requirement:
 def requirement_to_toml(requirement: Requirement) -> str:
     """The complete requirement, defaults included, as TOML; reading it gives the same requirement."""
     return tomli_w.dumps(requirement.model_dump(exclude_none=True), multiline_strings=False)
+
+
+def requirement_to_json(requirement: Requirement) -> str:
+    """What was given, as JSON: defaults are left out, so that they still follow other keys when one is set."""
+    return requirement.model_dump_json(exclude_unset=True)
+
+
+def requirement_from_json(text: str) -> Requirement:
+    """The requirement that :func:`requirement_to_json` wrote."""
+    return Requirement.model_validate(json.loads(text))
 
 
 def set_key(requirement: Requirement, key: str, value: object) -> Requirement:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from designer.requirement import Requirement
-from designer.study.task import ConfigurationResult
+from designer.requirement import GOAL_COLUMNS, Requirement
+
+if TYPE_CHECKING:  # a sweep's tables are read without the solver
+    from designer.study.task import ConfigurationResult
 
 _STATUS_ORDER = ("feasible", "infeasible", "failed", "impossible")
 
@@ -21,15 +24,23 @@ def rank(requirement: Requirement, results: Sequence[ConfigurationResult]) -> li
     feasible = [result for result in results if result.status == "feasible"]
     ordered: list[ConfigurationResult] = []
     if feasible:
-        best = min(_first_stage(result, objective.minimise) for result in feasible)
-        bound = best * (1.0 + objective.within_percent / 100.0)
-        near = [result for result in feasible if _first_stage(result, objective.minimise) <= bound]
-        rest = [result for result in feasible if _first_stage(result, objective.minimise) > bound]
-        ordered += sorted(near, key=lambda result: _second_stage(result, objective.then))
-        ordered += sorted(rest, key=lambda result: _first_stage(result, objective.minimise))
+        first = [_first_stage(result, objective.minimise) for result in feasible]
+        second = [_second_stage(result, objective.then) for result in feasible]
+        ordered += [feasible[index] for index in best_first(first, second, objective.tolerance)]
     for status in _STATUS_ORDER[1:]:
         ordered += [result for result in results if result.status == status]
     return ordered
+
+
+def best_first(first: Sequence[float], second: Sequence[float], tolerance: float) -> list[int]:
+    """Indices of designs, best first, from both objectives and the share of the first that counts as nothing."""
+    bound = min(first) * (1.0 + tolerance)
+
+    def key(index: int) -> tuple[bool, float]:
+        is_far = first[index] > bound
+        return is_far, first[index] if is_far else second[index]
+
+    return sorted(range(len(first)), key=key)
 
 
 def _first_stage(result: ConfigurationResult, goal: str) -> float:
@@ -39,5 +50,4 @@ def _first_stage(result: ConfigurationResult, goal: str) -> float:
 
 def _second_stage(result: ConfigurationResult, goal: str) -> float:
     assert result.design is not None
-    key = {"depth_error": "depth_error_rms", "volume": "volume_cm3"}.get(goal, f"{goal}_mm")
-    return float(result.design.score["second_stage"][key])
+    return float(result.design.score["second_stage"][GOAL_COLUMNS[goal]])

@@ -17,7 +17,7 @@ from designer.optics.layout import Layout, PlacedMirror
 from designer.optics.view import elevation_tangents_of_views
 from designer.optimise.descent import Candidate
 from designer.optimise.search import SearchResult
-from designer.requirement import Lens, Requirement
+from designer.requirement import GOAL_COLUMNS, Lens, Requirement
 
 _KINDS = {
     MirrorKind.PLANE: "plane",
@@ -164,12 +164,12 @@ def _score(requirement: Requirement, result: SearchResult, record: Design) -> di
     names = best.report.names[-len(clearances) :]
     shapes = [mirror_shape(record, mirror.name) for mirror in record.mirrors]
     return {
-        **evaluate_design(record, requirement.manufacture.zone_gap_px),
+        **evaluate_design(record),
         "smallest_clearance_mm": float(clearances[tightest]),
         "smallest_clearance_where": names[tightest],
         "largest_slope_deg": max(max(abs(slope) for slope in shape.slope_deg) for shape in shapes),
-        "first_stage": {_GOAL_KEYS[name]: value * _GOAL_FACTORS.get(name, 1.0) for name, value in first.goals.items()},
-        "second_stage": {_GOAL_KEYS[name]: value * _GOAL_FACTORS.get(name, 1.0) for name, value in best.goals.items()},
+        "first_stage": _in_columns(first.goals),
+        "second_stage": _in_columns(best.goals),
         "least_limit": least_limit_of(requirement, best.problem.variant.configuration),
         "first_stage_limit_ratio": first.goals["depth_error"] / result.limit_of_first,
         "largest_scaled_violation": best.violation,
@@ -207,10 +207,8 @@ def least_limit_of(requirement: Requirement, configuration: Configuration) -> di
     }
 
 
-_GOAL_KEYS = {
-    "depth_error": "depth_error_rms",
-    "height": "height_mm",
-    "diameter": "diameter_mm",
-    "volume": "volume_cm3",
-}
 _GOAL_FACTORS = {"volume": 1e-3}
+
+
+def _in_columns(goals: dict[str, float]) -> dict[str, float]:
+    return {GOAL_COLUMNS[name]: value * _GOAL_FACTORS.get(name, 1.0) for name, value in goals.items()}

@@ -109,7 +109,7 @@ def _measure(
 ) -> DepthErrors:
     camera, views = design.camera, design.views
     sigma = (design.noise_px if noise_px is None else noise_px) * camera.pixel_pitch_mm
-    middle = (views.upper.viewpoint_mm + views.lower.viewpoint_mm) / 2.0
+    middle = views.middle_mm
     heights = middle + distances * np.tan(elevations)
     scene = build_scene(design)
     lines: list[tuple[Array, Array]] = []

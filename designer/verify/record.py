@@ -173,7 +173,7 @@ def _size_problems(design: Design) -> list[str]:
     camera = design.camera
     heights = [camera.lens_front_mm]
     for mirror in design.mirrors:
-        back = mirror.thickness_mm if mirror.faces == "down" else -mirror.thickness_mm
+        back = mirror.back_offset_mm
         for radius in (mirror.inner_radius_mm, mirror.outer_radius_mm):
             face = mirror.vertex_mm + float(sag(mirror, radius))
             heights += [face, face + back]

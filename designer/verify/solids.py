@@ -47,7 +47,7 @@ def find_rims(design: Design) -> Rims:
     owners: list[int] = []
     labels: list[str] = []
     for index, mirror in enumerate(design.mirrors):
-        back = mirror.thickness_mm if mirror.faces == "down" else -mirror.thickness_mm
+        back = mirror.back_offset_mm
         for radius, edge in ((mirror.outer_radius_mm, "outer edge"), (mirror.inner_radius_mm, "hole edge")):
             if radius == 0.0:
                 continue
@@ -57,7 +57,7 @@ def find_rims(design: Design) -> Rims:
                 owners.append(index)
                 labels.append(f"{edge} of {mirror.name}")
     camera = design.camera
-    seat = camera.lens_front_mm - camera.lens_length_mm
+    seat = camera.lens_seat_mm
     points += [(camera.lens_radius_mm, camera.lens_front_mm), (camera.lens_radius_mm, seat)]
     labels += [BARREL, BARREL]
     if camera.body_radius_mm > 0.0:
@@ -71,7 +71,7 @@ def contact_problems(design: Design) -> list[str]:
     """One sentence for each pair of solids that touch or penetrate each other."""
     sections = [_substrate(mirror) for mirror in design.mirrors]
     camera = design.camera
-    seat = camera.lens_front_mm - camera.lens_length_mm
+    seat = camera.lens_seat_mm
     barrel = _Section(BARREL, 0.0, camera.lens_radius_mm, _between(seat, camera.lens_front_mm))
     body = _Section(BODY, 0.0, camera.body_radius_mm, _between(-np.inf, seat))
     pairs = [*combinations(sections, 2), *((section, solid) for section in sections for solid in (barrel, body))]
@@ -79,7 +79,7 @@ def contact_problems(design: Design) -> list[str]:
 
 
 def _substrate(mirror: Mirror) -> _Section:
-    back = mirror.thickness_mm if mirror.faces == "down" else -mirror.thickness_mm
+    back = mirror.back_offset_mm
 
     def bounds(radius: Array) -> tuple[Array, Array]:
         face = mirror.vertex_mm + sag(mirror, radius)

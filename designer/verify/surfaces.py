@@ -138,7 +138,7 @@ def build_scene(design: Design, poses: Mapping[str, Pose] | None = None) -> Scen
         faces.append((index, *shape, 0.0, *aperture))
         if mirror.thickness_mm == 0.0:
             continue
-        back = mirror.thickness_mm if mirror.faces == "down" else -mirror.thickness_mm
+        back = mirror.back_offset_mm
         backs.append((index, *shape, back, *aperture))
         back_names.append(f"back of {mirror.name}")
         for radius, label in ((aperture[1], "outer edge"), (aperture[0], "hole edge")):
@@ -148,7 +148,7 @@ def build_scene(design: Design, poses: Mapping[str, Pose] | None = None) -> Scen
                 wall_names.append(f"{label} of {mirror.name}")
 
     camera = design.camera
-    seat = camera.lens_front_mm - camera.lens_length_mm
+    seat = camera.lens_seat_mm
     walls.append((count, camera.lens_radius_mm, seat, camera.lens_front_mm))
     walls.append((count, camera.body_radius_mm, -np.inf, seat))
     discs = [(camera.lens_front_mm, camera.lens_radius_mm), (seat, max(camera.body_radius_mm, camera.lens_radius_mm))]

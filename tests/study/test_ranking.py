@@ -44,7 +44,8 @@ def test_near_ties_rank_by_the_second_objective(pairs, percent, then):
         return
     firsts = [result.first.goals["depth_error"] for result in ranked]
     seconds = [next(iter(result.design.score["second_stage"].values())) for result in ranked]
-    bound = min(firsts) * (1.0 + percent / 100.0)
+    # Solvers end some billionths apart at one optimum: nobody asks to rank by that.
+    bound = min(firsts) * (1.0 + max(percent / 100.0, 1e-7))
     equal = sum(first <= bound for first in firsts)
     assert all(first <= bound for first in firsts[:equal])
     assert seconds[:equal] == sorted(seconds[:equal])

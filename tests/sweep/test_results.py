@@ -1,6 +1,7 @@
 """What is made of a finished sweep: designs, tables, report, comparison."""
 
 import doctest
+import shutil
 import sqlite3
 from pathlib import Path
 
@@ -53,6 +54,41 @@ def test_ranks_follow_the_rule_of_a_study(undisturbed):
         near = part[part["first_stage_depth_error_rms"] <= 1.01 * best]
         assert part.loc[part["rank"].idxmin(), "height_mm"] == near["height_mm"].min()
         assert sorted(part["rank"]) == list(range(1, len(part) + 1))
+
+
+def test_designs_come_back_under_the_defaults_of_their_own_point(quick_sweep, tmp_path):
+    path = quick_sweep
+    base = tmp_path / "base.toml"
+    lines = [line for line in base.read_text().splitlines() if not line.startswith("mirror_diameter_mm")]
+    base.write_text("\n".join(lines))  # the widest mirror then follows the envelope
+    path.write_text('requirement = "base.toml"\n[[axis]]\nkey = "envelope.diameter_mm"\nvalues = [70, 80, 90]\n')
+    found = api.sweep(path, tmp_path / "out", jobs=1)
+    assert set(found.winners["point"]) == {0, 1, 2}
+    for _, row in found.winners.iterrows():
+        design = found.design(row["point"])
+        assert design.height_mm == pytest.approx(row["height_mm"], rel=1e-12)
+        assert design.score["depth_error_rms"] == pytest.approx(row["depth_error_rms"], rel=1e-9)
+    assert "envelope.diameter_mm" in found.sensitivities([0, 1])
+
+
+def test_each_point_ranks_by_its_own_tolerance(quick_sweep, tmp_path):
+    path = quick_sweep
+    path.write_text('requirement = "base.toml"\n[[axis]]\nkey = "objective.within_percent"\nvalues = [0, 100]\n')
+    found = api.sweep(path, tmp_path / "out", jobs=1)
+    strict, lenient = (part.set_index("rank").sort_index() for _, part in found.table.groupby("point"))
+    assert strict["first_stage_depth_error_rms"].is_monotonic_increasing
+    assert strict["first_stage_depth_error_rms"].max() < 2.0 * strict["first_stage_depth_error_rms"].min()
+    assert lenient["height_mm"].is_monotonic_increasing
+    assert not strict["height_mm"].is_monotonic_increasing
+
+
+def test_a_design_that_the_tracer_rejected_is_not_handed_out(finished_folder, tmp_path):
+    folder = shutil.copytree(finished_folder, tmp_path / "out")
+    name = api.read_sweep_folder(folder).winners["configuration"].iloc[0]
+    with sqlite3.connect(folder / FILE_NAME) as connection:
+        connection.execute("UPDATE results SET status = 'failed' WHERE point = 0 AND configuration = ?", (name,))
+    with pytest.raises(InputError, match="no feasible design at point 0"):
+        api.read_sweep_folder(folder).design(0, name)
 
 
 @given(st.lists(st.tuples(*[st.integers(0, 5)] * 3), min_size=1, max_size=40))

@@ -1,5 +1,6 @@
 import os
 import random
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -103,8 +104,35 @@ def test_other_sweep_in_the_folder_is_refused(quick_sweep, tmp_path):
         run_sweep(definition, base, tmp_path / "out", progress=interrupt_after(1))
     quick_sweep.write_text(quick_sweep.read_text().replace("98", "97"))
     definition, base = read_sweep(quick_sweep)
-    with pytest.raises(InputError, match="another definition"):
+    with pytest.raises(InputError, match="another plan of points"):
         run_sweep(definition, base, tmp_path / "out")
+
+
+INTERRUPTED_WRITE = """
+import os, signal, sqlite3, sys
+connection = sqlite3.connect(sys.argv[1], isolation_level=None)
+connection.execute("PRAGMA cache_size = 1")  # so that pages reach the file before the transaction ends
+connection.execute("BEGIN IMMEDIATE")
+connection.execute("UPDATE results SET reason = hex(randomblob(3000))")
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_write_that_was_cut_off_is_taken_back_by_the_next_reader(finished_folder, undisturbed, tmp_path):
+    folder = shutil.copytree(finished_folder, tmp_path / "out")
+    subprocess.run([sys.executable, "-c", INTERRUPTED_WRITE, str(folder / FILE_NAME)])
+    assert (folder / f"{FILE_NAME}-journal").exists()
+    pd.testing.assert_frame_equal(read_sweep_results(folder), undisturbed, check_exact=True)
+
+
+def test_a_database_of_something_else_is_refused_and_left_alone(quick_sweep, tmp_path):
+    (tmp_path / "out").mkdir()
+    with sqlite3.connect(tmp_path / "out" / FILE_NAME) as connection:
+        connection.execute("CREATE TABLE photographs (name TEXT)")
+    before = (tmp_path / "out" / FILE_NAME).read_bytes()
+    with pytest.raises(InputError, match="is no store of a sweep"):
+        run_sweep(*read_sweep(quick_sweep), tmp_path / "out")
+    assert (tmp_path / "out" / FILE_NAME).read_bytes() == before
 
 
 def test_two_processes_do_not_write_one_store(tmp_path):

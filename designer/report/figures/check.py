@@ -132,7 +132,7 @@ def slab_of(design: Design) -> tuple[float, float]:
     bottom, top = max(low * near, low * far), min(high * near, high * far)
     if bottom >= top:
         bottom, top = low * near, high * near
-    middle = (design.views.upper.viewpoint_mm + design.views.lower.viewpoint_mm) / 2.0
+    middle = design.views.middle_mm
     first, last = (middle + bottom + share * (top - bottom) for share in _SLAB)
     return float(first), float(last)
 

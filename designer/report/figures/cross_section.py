@@ -91,7 +91,7 @@ class _Outline:
         levels = [level for mirror in design.mirrors for level in _extent(mirror)]
         head_low, head_high = min(camera.lens_front_mm, *levels), max(levels)
         viewpoints = [design.views.upper.viewpoint_mm, design.views.lower.viewpoint_mm]
-        barrel_end = camera.lens_front_mm - camera.lens_length_mm
+        barrel_end = camera.lens_seat_mm
         low = min(0.0, head_low, *viewpoints, max(barrel_end, head_low - 0.2 * (head_high - head_low)))
         high = max(head_high, *viewpoints)
         half_width = max(max(mirror.outer_radius_mm for mirror in design.mirrors), 0.3 * (high - low))
@@ -111,7 +111,7 @@ def _room_for_rays(design: Design, outline: _Outline) -> tuple[float, float]:
 def _extent(mirror: Mirror) -> tuple[float, float]:
     radii = np.array([mirror.inner_radius_mm, mirror.outer_radius_mm])
     heights = surface_of(mirror).height(radii)
-    back = heights + _backwards(mirror) * mirror.thickness_mm
+    back = heights + mirror.back_offset_mm
     return float(min(heights.min(), back.min())), float(max(heights.max(), back.max()))
 
 
@@ -159,7 +159,7 @@ def _clip_to_frame(start: np.ndarray, end: np.ndarray, frame: _Frame) -> np.ndar
 
 def _draw_camera(axes: Axes, design: Design, frame: _Frame) -> None:
     camera = design.camera
-    barrel_low = camera.lens_front_mm - camera.lens_length_mm
+    barrel_low = camera.lens_seat_mm
     bottom = min(frame.low, camera.lens_front_mm)
     barrel = ((camera.lens_radius_mm, max(barrel_low, bottom), camera.lens_front_mm), "#eeeeee")
     boxes = [barrel]
@@ -173,7 +173,7 @@ def _draw_camera(axes: Axes, design: Design, frame: _Frame) -> None:
 def _draw_mirror(axes: Axes, mirror: Mirror) -> None:
     radii = np.linspace(mirror.inner_radius_mm, mirror.outer_radius_mm, 120)
     face = surface_of(mirror).height(radii)
-    back = face + _backwards(mirror) * mirror.thickness_mm
+    back = face + mirror.back_offset_mm
     for side in (-1.0, 1.0):
         outline = np.column_stack([np.r_[side * radii, side * radii[::-1]], np.r_[face, back[::-1]]])
         axes.add_patch(Polygon(outline, facecolor=LIGHT_GREY, edgecolor=GREY, linewidth=0.4, zorder=4))
@@ -187,7 +187,7 @@ def _draw_balloons(axes: Axes, design: Design, scale: float) -> None:
     taken: list[tuple[float, float]] = [(0.0, upper), (0.0, lower)]
     for number, mirror in enumerate(design.mirrors, start=1):
         radius = (mirror.inner_radius_mm + mirror.outer_radius_mm) / 2
-        back = float(surface_of(mirror).height(radius)) + _backwards(mirror) * mirror.thickness_mm
+        back = float(surface_of(mirror).height(radius)) + mirror.back_offset_mm
         anchor = (-radius, back)
         candidates = [
             (anchor[0] + sideways * step, back + _backwards(mirror) * away * step)

@@ -20,7 +20,7 @@ def draw_depth_map(design: Design, width_mm: float, height_mm: float, image_circ
     middle of the baseline.
     """
     distance_mm, level_mm = epipolar_lattice(coarsened(design, image_circle_px))
-    middle = (design.views.upper.viewpoint_mm + design.views.lower.viewpoint_mm) / 2
+    middle = design.views.middle_mm
     far = design.working_volume.distance_mm[1]
     unit_mm, unit = length_unit(far)
     outline = _outline(design)

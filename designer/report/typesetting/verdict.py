@@ -10,13 +10,8 @@ from designer.report.folder import Row, StudyFolder
 from designer.report.typesetting.markup import literal, number, plain_number, text, typographic
 from designer.report.typesetting.requirement import objective_name
 from designer.report.typesetting.tables import percent
+from designer.requirement import GOAL_COLUMNS
 
-OBJECTIVE_COLUMN = {
-    "depth_error": "depth_error_rms",
-    "height": "height_mm",
-    "diameter": "diameter_mm",
-    "volume": "volume_cm3",
-}
 _ADJECTIVE = {
     MirrorKind.PLANE: "plane",
     MirrorKind.HYPERBOLOID: "hyperboloidal",
@@ -123,7 +118,7 @@ def _decided(study: StudyFolder) -> str:
     objective = study.requirement.get("objective", {})
     first, then = objective.get("minimise"), objective.get("then")
     within = float(objective.get("within_percent") or 0.0)
-    if first not in OBJECTIVE_COLUMN:
+    if first not in GOAL_COLUMNS:
         return ""
     values = [value for row in study.feasible if (value := _first_objective(row, str(first))) is not None]
     if len(values) < 2:
@@ -140,7 +135,7 @@ def _decided(study: StudyFolder) -> str:
 
 def _first_objective(row: Row, objective: str) -> float | None:
     """The value that the tolerance compares: that of the first stage where the study tells it."""
-    column = OBJECTIVE_COLUMN[objective]
+    column = GOAL_COLUMNS[objective]
     staged = row.number(f"first_stage_{column}")
     return staged if staged is not None else row.number(column)
 

@@ -33,7 +33,7 @@ def design_at(folder: Path, point: int, configuration: str) -> Design:
     """
     requirement, _, best = _recalled(folder, point, configuration)
     record = record_of(requirement, best)
-    return record.model_copy(update={"score": evaluate_design(record, requirement.manufacture.zone_gap_px)})
+    return record.model_copy(update={"score": evaluate_design(record)})
 
 
 def sensitivities(folder: Path, designs: Iterable[tuple[int, str]], keys: Sequence[str] = KEYS) -> pd.DataFrame:
@@ -53,19 +53,22 @@ def sensitivities(folder: Path, designs: Iterable[tuple[int, str]], keys: Sequen
 def _recalled(folder: Path, point: int, name: str) -> tuple[Requirement, Candidate, Candidate]:
     """The requirement of a point, and the best first-stage and second-stage design of a configuration there."""
     base = requirement_of(folder)
+    configuration = _configuration(base, name)
     with read_store(folder) as connection:
         asked = connection.execute("SELECT coordinates FROM points WHERE point = ?", (point,)).fetchone()
         if asked is None:
             raise InputError(f"{folder}: the sweep has no point {point}")
+        status = connection.execute(
+            "SELECT status FROM results WHERE point = ? AND configuration = ?", (point, name)
+        ).fetchone()
+        if status != ("feasible",):
+            raise InputError(f"{folder}: {name} has no feasible design at point {point}")
         tasks = connection.execute("SELECT trails FROM tasks WHERE point = ?", (point,)).fetchall()
     requirement = requirement_at(base, json.loads(asked[0]))
     known = {found: trails for (text,) in tasks for found, trails in read_trails(text).items()}
-    configuration = _configuration(base, name)
     goals = requirement.objective
     pairs = [recall(requirement, configuration, trail) for trail in known.get(name, []) if trail.is_feasible]
     smallest = [second for _, second in pairs if second is not None]
-    if not smallest:
-        raise InputError(f"{folder}: {name} has no feasible design at point {point}")
     first = min((first for first, _ in pairs), key=lambda design: design.goals[goals.minimise])
     return requirement, first, min(smallest, key=lambda design: design.goals[goals.then])
 

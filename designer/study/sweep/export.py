@@ -10,17 +10,13 @@ from pathlib import Path
 
 import pandas as pd
 
-from designer.files import write_atomically
-from designer.requirement import Requirement
-from designer.study.sweep.store import RESULT_COLUMNS, read_store
+from designer.files import InputError, write_atomically
+from designer.requirement import GOAL_COLUMNS, Requirement, requirement_from_json
+from designer.study.ranking import best_first
+from designer.study.sweep.definition import requirement_at
+from designer.study.sweep.store import FILE_NAME, RESULT_COLUMNS, read_store
 
 RESULTS, WINNERS = "results", "winners"
-_GOAL_COLUMNS = {
-    "depth_error": "depth_error_rms",
-    "height": "height_mm",
-    "diameter": "diameter_mm",
-    "volume": "volume_cm3",
-}
 _ASKED = "asked."
 
 
@@ -50,17 +46,24 @@ def read_sweep_results(folder: Path) -> pd.DataFrame:
     numbers = [name for name, kind in RESULT_COLUMNS.items() if kind == "REAL"]
     frame[numbers] = frame[numbers].astype(float)
     frame["first_order_valid"] = frame["first_order_valid"].astype("boolean")
-    ranks = _ranks(frame, base)
+    ranks = _ranks(frame, base, coordinates)
     return pd.concat([frame[["point"]], asked, ranks, frame[list(RESULT_COLUMNS)]], axis=1)
 
 
 def requirement_of(folder: Path) -> Requirement:
-    """The base requirement of a sweep's folder."""
-    import tomllib
+    """The base requirement of a sweep's folder.
 
+    Raises
+    ------
+    InputError
+        The folder has no sweep, or one of a version that kept it otherwise.
+    """
     with read_store(folder) as connection:
         text = connection.execute("SELECT value FROM about WHERE key = 'requirement'").fetchone()[0]
-    return Requirement.model_validate(tomllib.loads(text))
+    try:
+        return requirement_from_json(text)
+    except ValueError:
+        raise InputError(f"{folder / FILE_NAME}: was written by another version of designer") from None
 
 
 def axis_columns(frame: pd.DataFrame) -> list[str]:
@@ -86,18 +89,18 @@ def pareto(table: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
     return ordered.iloc[kept]
 
 
-def _ranks(frame: pd.DataFrame, base: Requirement) -> pd.Series[int]:
-    """Ranks as a study gives them: within the tolerance of the best first objective, the second decides."""
-    objective = base.objective
-    first, second = f"first_stage_{_GOAL_COLUMNS[objective.minimise]}", _GOAL_COLUMNS[objective.then]
+def _ranks(frame: pd.DataFrame, base: Requirement, coordinates: dict[int, dict[str, float]]) -> pd.Series[int]:
+    """Ranks as a study of each point gives them."""
+    first, second = f"first_stage_{GOAL_COLUMNS[base.objective.minimise]}", GOAL_COLUMNS[base.objective.then]
+    is_swept = any(key.startswith("objective.") for key in next(iter(coordinates.values())))
+    ranks = pd.Series(pd.NA, index=frame.index, dtype="Int64", name="rank")
     feasible = frame[frame["status"] == "feasible"]
-    best = feasible.groupby("point")[first].transform("min")
-    is_near = feasible[first] <= best * (1.0 + objective.within_percent / 100.0)
-    deciding = feasible[second].where(is_near, feasible[first])
-    keys = pd.DataFrame({"point": feasible["point"], "far": ~is_near, "deciding": deciding})
-    ordered = keys.sort_values(["point", "far", "deciding"], kind="stable")
-    ranks = ordered.groupby("point").cumcount() + 1
-    return ranks.reindex(frame.index).astype("Int64").rename("rank")
+    for point in feasible["point"].unique().tolist():
+        designs = feasible[feasible["point"] == point]
+        objective = requirement_at(base, coordinates[point]).objective if is_swept else base.objective
+        order = best_first(list(designs[first]), list(designs[second]), objective.tolerance)
+        ranks[designs.index[order]] = range(1, len(order) + 1)
+    return ranks
 
 
 def export_tables(folder: Path) -> None:

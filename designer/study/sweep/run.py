@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from designer import __version__
-from designer.requirement import Requirement, requirement_to_toml
+from designer.requirement import Requirement, requirement_to_json
 from designer.study.sweep.definition import SweepDefinition
 from designer.study.sweep.export import export_tables
 from designer.study.sweep.plan import check_points, plan_points
@@ -76,7 +76,7 @@ def run_sweep(
     check_points(definition, base, points)
     about = {
         "definition": definition.model_dump_json(),
-        "requirement": requirement_to_toml(base),
+        "requirement": requirement_to_json(base),
         "version of designer": __version__,
     }
     with open_store(folder) as store:

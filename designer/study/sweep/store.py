@@ -10,7 +10,6 @@ import errno
 import fcntl
 import json
 import sqlite3
-import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -117,6 +116,12 @@ class Store:
         StoreError
             It cannot be written.
         """
+        try:
+            self._create(about, points)
+        except sqlite3.Error as error:
+            raise InputError(f"{self.path}: is no store of a sweep: {error}") from None
+
+    def _create(self, about: dict[str, str], points: tuple[Point, ...]) -> None:
         planned = [(point.number, point.parent, json.dumps(point.coordinates)) for point in points]
         if self.connection.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()[0]:
             known = dict(self.connection.execute("SELECT key, value FROM about"))
@@ -162,7 +167,11 @@ class Store:
 
 
 def _asked(requirement: str) -> dict[str, Any]:
-    return {key: value for key, value in tomllib.loads(requirement).items() if key not in NOT_ASKED}
+    try:
+        content = json.loads(requirement)
+    except ValueError:  # of a version that kept it otherwise
+        return {}
+    return {key: value for key, value in content.items() if key not in NOT_ASKED}
 
 
 @contextmanager
@@ -213,7 +222,8 @@ def read_store(folder: Path) -> Iterator[sqlite3.Connection]:
     path = folder / FILE_NAME
     if not path.is_file():
         raise InputError(f"{path}: there is no such sweep")
-    connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=30.0)
+    # Not read-only: a write that was cut off is taken back first, by whoever opens the store next.
+    connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode=rw", uri=True, timeout=30.0)
     try:
         connection.execute("SELECT COUNT(*) FROM points")
         yield connection
