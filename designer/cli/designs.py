@@ -51,7 +51,7 @@ def evaluate(design: Path, as_json: bool) -> None:
     for warning in warnings:
         click.echo(f"designer: warning: {' '.join(warning.split())}", err=True)
     try:
-        summary = {"baseline_mm": geometry.baseline_mm} | evaluate_design(geometry, geometry.zone_gap_px)
+        summary = {"baseline_mm": geometry.baseline_mm} | evaluate_design(geometry)
     except InputError as error:
         raise InputError(f"{design}: {error}") from None
     measured = None if summary["second_order_valid"] else _monte_carlo(geometry)

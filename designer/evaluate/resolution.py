@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from designer.design import Design, View
 from designer.evaluate.depth import slopes_of_point, stereo_pair_of, volume_grid, volume_of
+from designer.evaluate.mirrors import surface_of
 from designer.optics.view import elevation_tangent, image_half_tangent, image_radius, image_radius_slope
 
 ViewName = Literal["upper", "lower"]
@@ -35,6 +36,15 @@ class SmallestObject:
 def image_zones(design: Design) -> dict[str, tuple[float, float]]:
     """Inner and outer image radius, in pixels, of the elevations asked of each view."""
     return {name: _zone(design, _view(design, name)) for name in VIEW_NAMES}
+
+
+def image_rims(design: Design) -> dict[str, tuple[float, float]]:
+    """Image radius, in pixels, of the inner and the outer edge of the first mirror on each view's path.
+
+    A mirror reaches beyond its used zone by the edge margin, so its rims lie beyond :func:`image_zones`. Infinite for
+    an edge that does not lie above the pinhole; whether another part hides it from the camera is not looked at.
+    """
+    return {name: _rims(design, _view(design, name)) for name in VIEW_NAMES}
 
 
 def angular_resolution_px_per_deg(design: Design, view_name: str, elevation_deg: ArrayLike) -> NDArray[np.float64]:
@@ -118,6 +128,16 @@ def _radii_px(design: Design, view: View, slopes: NDArray[np.float64]) -> NDArra
 def _zone(design: Design, view: View) -> tuple[float, float]:
     ends = _radii_px(design, view, _slopes(view.elevation_deg))
     return float(ends.min()), float(ends.max())
+
+
+def _rims(design: Design, view: View) -> tuple[float, float]:
+    mirror, camera = design.mirror(view.path[0]), design.camera
+    radii = np.array([mirror.inner_radius_mm, mirror.outer_radius_mm])
+    heights = surface_of(mirror).height(radii)
+    ahead = heights > 0
+    tangents = np.where(ahead, radii / np.where(ahead, heights, 1.0), np.inf)
+    inner, outer = tangents * camera.focal_length_mm / camera.pixel_pitch_mm
+    return float(inner), float(outer)
 
 
 def _slopes_of_pixels(design: Design, view: View) -> NDArray[np.float64]:

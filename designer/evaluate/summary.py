@@ -31,6 +31,7 @@ from designer.evaluate.resolution import (
     VIEW_NAMES,
     angular_resolution_px_per_deg,
     azimuthal_resolution_px_per_deg,
+    image_rims,
     image_zones,
     quantisation_error_rms,
     smallest_object,
@@ -44,23 +45,22 @@ SMALLEST_NUMBER, LARGEST_NUMBER = 1e-15, 1e15
 ROUNDING_NOISE_PX = 1.0 / math.sqrt(12.0)
 
 
-def evaluate_design(design: Design, zone_gap_px: float = 0.0) -> dict[str, Any]:
+def evaluate_design(design: Design) -> dict[str, Any]:
     """Score a design and describe its views and mirrors; nothing is traced.
 
     Parameters
     ----------
     design
         Any design record, also one typed in by hand, whatever its score says.
-    zone_gap_px
-        Gap asked between the two image zones, for the limit.
 
     Returns
     -------
     Plain JSON values. ``depth_error_rms`` is the score; it and ``depth_error_worst`` are first order, and valid (2
     percent) if ``first_order_valid``; their ``_second_order`` companions if ``second_order_valid``; beyond that only a
     Monte Carlo is honest. ``depth_error_limit`` and ``limit_ratio`` are None where the outer zone leaves no room for
-    the inner one; lengths and errors that would be infinite are None. ``remarks`` are sentences for who orders the
-    mirrors.
+    the inner one; lengths and errors that would be infinite are None. ``zones_px`` are the image radii of the
+    elevations asked of each view, ``rims_px`` those of the edges of the first mirror on its path. ``remarks`` are
+    sentences for who orders the mirrors.
 
     Raises
     ------
@@ -70,14 +70,14 @@ def evaluate_design(design: Design, zone_gap_px: float = 0.0) -> dict[str, Any]:
     """
     check_scorable(design)
     with np.errstate(all="ignore"):
-        return _summary(design, zone_gap_px)
+        return _summary(design)
 
 
-def _summary(design: Design, zone_gap_px: float) -> dict[str, Any]:
+def _summary(design: Design) -> dict[str, Any]:
     pair, volume, noise_mm = stereo_pair_of(design), volume_of(design), noise_mm_of(design)
     score = float(depth_error_rms(pair, volume, noise_mm))
     worst = worst_depth_error(pair, volume, noise_mm)
-    limit = limit_of_design(design, zone_gap_px)
+    limit = limit_of_design(design)
     return {
         "depth_error_rms": _finite(score),
         "depth_error_worst": _finite(worst),
@@ -91,6 +91,7 @@ def _summary(design: Design, zone_gap_px: float) -> dict[str, Any]:
         "points": [_at_point(design, pair, volume, distance) for distance in design.working_volume.distance_mm],
         "resolution": {name: _resolution(design, name) for name in VIEW_NAMES},
         "zones_px": {name: list(zone) for name, zone in image_zones(design).items()},
+        "rims_px": {name: [_finite(radius) for radius in rims] for name, rims in image_rims(design).items()},
         "mirrors": [_mirror_row(mirror_shape(design, mirror.name)) for mirror in design.mirrors],
         "height_mm": overall_height_mm(design),
         "diameter_mm": overall_diameter_mm(design),
@@ -133,15 +134,15 @@ def _check_sizes(part: object, key: str = "") -> None:
         raise InputError(f"{key} = {part:g}: must be zero or from {SMALLEST_NUMBER:g} to {LARGEST_NUMBER:g} in size")
 
 
-def limit_of_design(design: Design, zone_gap_px: float = 0.0) -> float | None:
-    """The closed-form limit at the design's own baseline, principal distance, senses and zones; None if no room."""
+def limit_of_design(design: Design) -> float | None:
+    """The closed-form limit at the design's own baseline, principal distance, zones and gap; None if no room."""
     camera = design.camera
     arrangement = Arrangement(
         sense_lower=design.views.lower.sense,
         sense_upper=design.views.upper.sense,
         outer_view="upper" if design.views.upper.zone == "outer" else "lower",
     )
-    bounds = ImageBounds(camera.image_radius_mm, zone_gap_px * camera.pixel_pitch_mm)
+    bounds = ImageBounds(camera.image_radius_mm, design.zone_gap_px * camera.pixel_pitch_mm)
     at = (arrangement, volume_of(design), design.baseline_mm, camera.focal_length_mm, bounds)
     if min(limit_gains(*at)) <= 0:
         return None

@@ -61,6 +61,14 @@ def test_sphere_is_its_own_best_sphere(published: Design):
     assert shape.sphere_departure_mm < 1e-9
 
 
+def test_a_mirror_cut_at_its_equator_is_upright_there(published: Design):
+    """Its outer radius is the last number below R, where 1 - (r / R)^2 rounds to nothing."""
+    design = with_mirror(published, kind="ellipsoid", radius_mm=22.75, conic=0.0, outer_radius_mm=22.749999999999996)
+    inner, outer = mirror_shape(design, "direct").slope_deg
+    assert inner == pytest.approx(math.degrees(math.asin(17.226 / 22.75)))
+    assert outer == 90.0
+
+
 def test_paraboloid_departs_by_its_spherical_aberration(published: Design):
     """Third order: the departure r^4 / (8 R^3), less its best focus, leaves a quarter of it peak to valley."""
     design = with_mirror(

@@ -136,7 +136,7 @@ def test_a_written_design_measures_what_it_says(study):
         assert judge(design).passed
         assert overall_height_mm(design) == pytest.approx(design.height_mm, abs=1e-6)
         assert overall_diameter_mm(design) == pytest.approx(design.diameter_mm, abs=1e-6)
-        score = evaluate_design(design, shipped_requirement("indoor_robot").manufacture.zone_gap_px)
+        score = evaluate_design(design)
         assert score["depth_error_rms"] == pytest.approx(design.score["depth_error_rms"], rel=1e-12)
         assert score["limit_ratio"] == pytest.approx(design.score["limit_ratio"], rel=1e-12)
         assert score["limit_ratio"] >= 1.0 - 1e-9
