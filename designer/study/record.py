@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -183,22 +184,26 @@ def least_limit_of(requirement: Requirement, configuration: Configuration) -> di
     Raises
     ------
     ValueError
-        Nowhere is there room for the inner zone.
+        Nowhere, with no lens, is there room for the inner zone.
     """
     volume, camera = requirement.working_volume, requirement.camera
     pitch = camera.pixel_pitch_mm
     low_deg, high_deg = volume.elevation_deg
-    limits = [
-        least_limit_over(
-            arrangement_of(configuration.family, configuration.topology),
-            Volume((math.radians(low_deg), math.radians(high_deg)), volume.distance_mm),
-            requirement.baseline_range_mm,
-            lens.principal_distances_mm,
-            ImageBounds(camera.image_radius_mm, requirement.manufacture.zone_gap_px * pitch),
-            requirement.noise_px * pitch,
-        )
-        for lens in camera.lenses
-    ]
+    limits = []
+    for lens in camera.lenses:
+        with suppress(ValueError):  # this lens leaves no room; another of the catalogue may
+            limits.append(
+                least_limit_over(
+                    arrangement_of(configuration.family, configuration.topology),
+                    Volume((math.radians(low_deg), math.radians(high_deg)), volume.distance_mm),
+                    requirement.baseline_range_mm,
+                    lens.principal_distances_mm,
+                    ImageBounds(camera.image_radius_mm, requirement.manufacture.zone_gap_px * pitch),
+                    requirement.noise_px * pitch,
+                )
+            )
+    if not limits:
+        raise ValueError("no lens leaves room for the inner zone beside the outer one and the gap")
     least = min(limits, key=lambda limit: limit.depth_error_rms)
     return {
         "depth_error_rms": least.depth_error_rms,

@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from shipped_problems import SHIPPED, shipped_requirement
+from shipped_problems import CONFIGURATIONS, SHIPPED, shipped_requirement
 
-from designer.study.record import _camera
+from designer.requirement import Requirement, set_key
+from designer.study.record import _camera, least_limit_of
 
 REQUIREMENT = shipped_requirement(SHIPPED[0])
 
@@ -32,3 +33,19 @@ def test_within_a_range_it_is_the_one_that_gives_the_principal_distance(share: f
     nominal = camera.model_extra["nominal_focal_length_mm"]
     assert 8.0 <= nominal <= 16.0
     assert nominal / (1.0 - nominal / 150.0) == pytest.approx(principal_distance, rel=1e-12)
+
+
+def with_lenses(*focal_lengths_mm: float) -> Requirement:
+    lens = REQUIREMENT.camera.model_dump(exclude_unset=True)["lens"]
+    lenses = [lens | {"focal_length_mm": focal_length} for focal_length in focal_lengths_mm]
+    return set_key(set_key(REQUIREMENT, "manufacture.zone_gap_px", 300), "camera.lens", lenses)
+
+
+def test_the_least_limit_of_a_catalogue_is_that_of_its_lenses_with_room():
+    """Half the image goes to the gap: 12 mm leaves room for both zones, 2.5 mm does not."""
+    configuration = CONFIGURATIONS["folded-HyPl-Hy-upper_outer"]
+    alone = least_limit_of(with_lenses(12.0), configuration)
+    for lenses in ((12.0, 2.5), (2.5, 12.0)):
+        assert least_limit_of(with_lenses(*lenses), configuration) == alone
+    with pytest.raises(ValueError, match="room for the inner zone"):
+        least_limit_of(with_lenses(2.5, 2.5), configuration)
