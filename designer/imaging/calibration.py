@@ -166,7 +166,7 @@ def error_per_pixel(sensor: Sensor, distance: Array) -> Array:
 
 
 def robust_deviation(values: Array) -> float:
-    """1.4826 times the median absolute deviation from the median; NaN of nothing."""
+    """``NORMAL_PER_MAD`` times the median absolute deviation from the median; NaN of nothing."""
     if not values.size:
         return np.nan
     return float(NORMAL_PER_MAD * np.median(np.abs(values - np.median(values))))

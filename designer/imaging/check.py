@@ -20,6 +20,7 @@ from designer.design import Design
 from designer.imaging.calibration import (
     BANDS,
     FEWEST_PIXELS,
+    NORMAL_PER_MAD,
     Noise,
     calibrate_noise,
     contrast_in,
@@ -205,9 +206,10 @@ def check_design(
 def definition_of_passing() -> str:
     """What a check demands, in words."""
     return (
-        f"passes if, in each of {BANDS} bands of distance with at least {FEWEST_PIXELS} pixels that both views see: "
-        f"the median depth error is within {100 * LARGEST_BIAS:g} % of the distance or a quarter of the predicted "
-        f"sigma, whichever is larger; the robust RMS depth error (1.4826 MAD) is {LEAST_ERROR_RATIO:g} to "
+        f"passes if, in each of {BANDS} bands of distance with at least {FEWEST_PIXELS} pixels that both views see, of "
+        f"which there must be one: at least {100 * LEAST_TEXTURED:g} % of those pixels have texture; the median depth "
+        f"error is within {100 * LARGEST_BIAS:g} % of the distance or {LARGEST_BIAS_SIGMAS:g} of the predicted sigma, "
+        f"whichever is larger; the robust RMS depth error ({NORMAL_PER_MAD:g} MAD) is {LEAST_ERROR_RATIO:g} to "
         f"{LARGEST_ERROR_RATIO:g} times the prediction, its noise measured on another scene, a ring of textured "
         f"walls, by elevation, distance and local contrast; and at least {100 * LEAST_KEPT:g} % of the textured "
         "pixels are kept"

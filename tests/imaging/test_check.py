@@ -7,7 +7,8 @@ import pytest
 from studied_designs import NAMES, studied_design
 
 from designer.design import Design
-from designer.imaging.check import Band, check_design, describe_check, summarise_check
+from designer.imaging import check as check_module
+from designer.imaging.check import Band, check_design, definition_of_passing, describe_check, summarise_check
 from designer.imaging.matching import Outcome
 
 PROTOTYPE = "indoor_robot:folded-HyPl-Hy-upper_outer"
@@ -62,6 +63,20 @@ def test_a_wall_of_known_distance_is_measured_as_predicted() -> None:
     summary = summarise_check(check)
     assert summary["passed"] is True
     assert [entry["pixels"] > 0 for entry in summary["bands"]] == [False, True, True, False]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "BANDS", "FEWEST_PIXELS", "LEAST_TEXTURED", "LARGEST_BIAS", "LARGEST_BIAS_SIGMAS", "LEAST_ERROR_RATIO",
+        "LARGEST_ERROR_RATIO", "LEAST_KEPT", "NORMAL_PER_MAD",
+    ],
+)  # fmt: skip
+def test_the_definition_of_passing_names_every_bound(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = definition_of_passing()
+    monkeypatch.setattr(check_module, name, 777)
+    assert "777" in definition_of_passing()
+    assert "777" not in before
 
 
 GOOD = Band((1000.0, 1500.0), 9000, 8000, kept=0.9, bias=0.001, error=0.02, error_ratio=1.0, predicted=0.02)
