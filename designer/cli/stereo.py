@@ -13,7 +13,9 @@ if TYPE_CHECKING:
     from designer.design import Design
     from designer.imaging.camera import ImagePlacement
 
-Pair = tuple[float, float]
+# Nothing nearer or farther than these stands around any sensor; far beyond, numbers overflow.
+NEAREST_MM, FARTHEST_MM = 1.0, 1e9
+FARTHEST_CENTRE_PX, LARGEST_NOISE_PX = 1e6, 1000.0
 
 
 @click.command()
@@ -90,14 +92,16 @@ def _check(asked: dict[str, Any]) -> None:
             raise InputError(f"--{name.replace('_', '-')} {limits[0]:g} {limits[1]:g}: the lower limit ({unit}) first")
     if asked["elevation_deg"] and not -89 <= asked["elevation_deg"][0] < asked["elevation_deg"][1] <= 89:
         raise InputError("--elevation-deg: between -89 and 89 degrees")
-    if asked["distance_mm"] and not asked["distance_mm"][0] > 0:
-        raise InputError("--distance-mm: distances are positive")
+    if asked["distance_mm"] and not NEAREST_MM <= asked["distance_mm"][0] < asked["distance_mm"][1] <= FARTHEST_MM:
+        raise InputError(f"--distance-mm: positive, from {NEAREST_MM:g} to {FARTHEST_MM:g} mm")
     if not 0.1 <= asked["scale"] <= 10:
         raise InputError(f"--scale {asked['scale']:g}: between 0.1 and 10; 1 is as designed")
     if asked["window"] % 2 == 0:
         raise InputError(f"--window {asked['window']}: must be odd")
-    if asked["noise_px"] is not None and not asked["noise_px"] > 0:
-        raise InputError(f"--noise-px {asked['noise_px']:g}: must be positive")
+    if asked["noise_px"] is not None and not 0 < asked["noise_px"] <= LARGEST_NOISE_PX:
+        raise InputError(f"--noise-px {asked['noise_px']:g}: must be positive, and at most {LARGEST_NOISE_PX:g}")
     numbers = [value for item in asked.values() for value in (item if isinstance(item, tuple) else (item,))]
     if any((isinstance(value, float) and abs(value) == float("inf")) or value != value for value in numbers):
         raise InputError("options must be finite numbers")
+    if asked["center"] and max(abs(place) for place in asked["center"]) > FARTHEST_CENTRE_PX:
+        raise InputError(f"--center: within {FARTHEST_CENTRE_PX:g} pixels")

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from designer.design import Design
 from designer.imaging.camera import Floats
 from designer.imaging.panorama import Image
 from designer.imaging.reconstruction import PointCloud
@@ -45,6 +46,17 @@ def floor_plan(cloud: PointCloud, heights_mm: tuple[float, float], extent_mm: fl
     edges = np.linspace(-extent_mm, extent_mm, cells + 1)
     counts, _, _ = np.histogram2d(y[inside], x[inside], bins=(edges, edges))
     return FloorPlan(counts[::-1].astype(np.int64), extent_mm, heights_mm)
+
+
+def heights_at_every_distance(design: Design) -> tuple[float, float]:
+    """Heights z (mm) that the working volume holds at all its distances, or at the nearest if there is none."""
+    low, high = (float(np.tan(np.radians(angle))) for angle in design.working_volume.elevation_deg)
+    near, far = design.working_volume.distance_mm
+    middle = (design.views.upper.viewpoint_mm + design.views.lower.viewpoint_mm) / 2.0
+    bottom, top = max(low * near, low * far), min(high * near, high * far)
+    if bottom >= top:
+        bottom, top = low * near, high * near
+    return middle + bottom, middle + top
 
 
 def view_of_cloud(

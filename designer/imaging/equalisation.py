@@ -27,12 +27,15 @@ from scipy.sparse import csr_array
 from scipy.special import ive
 
 from designer.evaluate.resolution import ViewName
+from designer.files import InputError
 from designer.imaging.camera import Floats, ViewImage
-from designer.imaging.panorama import AZIMUTH_PADDING, Image, PanoramaGrid
+from designer.imaging.panorama import AZIMUTH_PADDING, LARGEST_SIDE, Image, PanoramaGrid, imaged_rows
 
 # A Gaussian of half a sample passes 0.7 percent of a pattern at the sampling rate itself.
 ANTI_ALIASING_SAMPLES = 0.5
 BILINEAR_VARIANCE_PX2 = 1.0 / 6.0
+# Each takes some 30 bytes while the tables are built.
+MOST_FINE_SAMPLES = 100_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,26 +104,50 @@ def factors_of_rows(
 def reference_sigma_px(
     grid: PanoramaGrid, images: dict[ViewName, ViewImage], factors: dict[ViewName, ScaleFactors]
 ) -> float:
-    """The least sigma (raw pixels) that prevents aliasing, of the pixels and of the panorama's samples, everywhere."""
+    """The least sigma (raw pixels) that prevents aliasing of the pixels and of the panorama's samples, where imaged."""
     widest = 1.0
     for view, image in images.items():
+        imaged = imaged_rows(grid, image, view)
         radial, circular = _spacings_px(grid, image, view)
-        widest = max(widest, np.max(radial / factors[view].radial), np.max(circular / factors[view].circular))
-    return ANTI_ALIASING_SAMPLES * float(widest)
+        for spacing, factor in ((radial, factors[view].radial), (circular, factors[view].circular)):
+            widest = float(np.max(spacing[imaged] / factor[imaged], initial=widest))
+    return ANTI_ALIASING_SAMPLES * widest
+
+
+def fine_samples(grid: PanoramaGrid, image: ViewImage, view: ViewName) -> tuple[int, int]:
+    """How many samples a row and a column of one view's panorama need, to be no coarser than the raw pixels.
+
+    Rows that are not imaged need none, though there the raw pixels that would be may lie ever closer.
+    """
+    imaged = imaged_rows(grid, image, view)
+    radial, circular = (np.ceil(np.max(px[imaged], initial=1.0)) for px in _spacings_px(grid, image, view))
+    return int(radial), int(circular)
 
 
 def build_equaliser(
     grid: PanoramaGrid, image: ViewImage, view: ViewName, factors: ScaleFactors, sigma_px: float
 ) -> Equaliser:
-    """Build the tables of one view for scale factors and a reference sigma in raw pixels."""
-    radial_px, circular_px = _spacings_px(grid, image, view)
-    finer_rows, finer_columns = (int(np.ceil(np.max(spacing))) for spacing in (radial_px, circular_px))
+    """Build the tables of one view for scale factors and a reference sigma in raw pixels.
+
+    Raises
+    ------
+    InputError
+        They would sample the raw image at more than ``MOST_FINE_SAMPLES`` places, or ``LARGEST_SIDE`` along a side.
+    """
+    finer_rows, finer_columns = fine_samples(grid, image, view)
     # Fine samples lie on the coarse ones and between them, with one coarse row more at either end.
-    rows = np.arange(-finer_rows, grid.rows * finer_rows + 1) / finer_rows
-    columns = np.arange(grid.columns * finer_columns) / finer_columns
+    height, width = (grid.rows + 1) * finer_rows + 1, grid.columns * finer_columns
+    if height * width > MOST_FINE_SAMPLES or max(height, width) > LARGEST_SIDE:
+        raise InputError(
+            f"equalising the {view} view takes {width} x {height} samples; at most {MOST_FINE_SAMPLES / 1e6:g} million "
+            f"and {LARGEST_SIDE} along a side: use --no-equalise, other --columns, or a narrower --elevation-deg"
+        )
+    rows, columns = np.arange(height) / finer_rows - 1.0, np.arange(width) / finer_columns
     u, v = image.pixel_of(grid.slope(view, rows)[:, None], grid.azimuth(columns)[None, :])
-    variance_radial = _to_be_added((factors.radial * sigma_px) ** 2) / (radial_px / finer_rows) ** 2
-    variance_circular = _to_be_added((factors.circular * sigma_px) ** 2) / circular_px**2
+    radial_px, circular_px = _spacings_px(grid, image, view)
+    imaged = imaged_rows(grid, image, view)
+    variance_radial = _variances(imaged, factors.radial * sigma_px, radial_px / finer_rows)
+    variance_circular = _variances(imaged, factors.circular * sigma_px, circular_px)
     frequencies = np.arange(grid.columns // 2 + 1) / grid.columns
     transfer = np.exp(-2.0 * np.pi**2 * variance_circular[:, None] * frequencies**2) / finer_columns
     centres = (np.arange(grid.rows) + 1) * finer_rows
@@ -145,8 +172,12 @@ def _spacings_px(grid: PanoramaGrid, image: ViewImage, view: ViewName) -> tuple[
     return np.abs(np.diff(edges)), radii * (2.0 * np.pi / grid.columns)
 
 
-def _to_be_added(variance_px2: Floats) -> Floats:
-    return np.maximum(variance_px2 - BILINEAR_VARIANCE_PX2, 0.0)
+def _variances(imaged: NDArray[np.bool_], sigma_px: Floats, spacing_px: Floats) -> Floats:
+    """Variance in samples that smoothing adds at each row; rows not imaged take after the nearest one that is."""
+    if not imaged.any():
+        return np.zeros(len(imaged))
+    added = np.maximum(sigma_px[imaged] ** 2 - BILINEAR_VARIANCE_PX2, 0.0) / spacing_px[imaged] ** 2
+    return np.asarray(np.interp(np.arange(len(imaged)), np.flatnonzero(imaged), added))
 
 
 def _mixing(variances: Floats, centres: NDArray[np.intp], count: int) -> csr_array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import struct
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
@@ -20,12 +21,14 @@ LARGEST_BYTES = 500_000_000
 
 _PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _JPEG_START, _JPEG_END = b"\xff\xd8", b"\xff\xd9"
+_TIFF_ORIENTATION = 274
 
 
 def read_raw_image(path: Path, camera: Camera) -> Image:
     """Read a raw image of a design's camera: grey (height, width) or colour (height, width, 3), 8 bits, OpenCV order.
 
-    Deeper images keep their upper 8 bits.
+    Deeper images keep their upper 8 bits. Pixels stay where the sensor has them, whatever orientation the file notes: a
+    camera that looks straight up notes an arbitrary one.
 
     Raises
     ------
@@ -42,7 +45,10 @@ def read_raw_image(path: Path, camera: Camera) -> Image:
     # Decoders fill what is missing of a truncated image with grey, and say nothing.
     if _is_truncated(data):
         raise InputError(f"{path}: the image is truncated or damaged; copy it again")
-    decoded = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_ANYCOLOR) if data else None
+    if _notes_another_orientation_as_tiff(data):
+        raise InputError(f"{path}: this TIFF asks to be turned; save it as the sensor has it (orientation 1)")
+    as_recorded = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_IGNORE_ORIENTATION
+    decoded = cv2.imdecode(np.frombuffer(data, np.uint8), as_recorded) if data else None
     if decoded is None:
         raise InputError(f"{path}: not an image that can be read (PNG, JPEG, TIFF and BMP can)")
     height, width = decoded.shape[:2]
@@ -54,16 +60,22 @@ def read_raw_image(path: Path, camera: Camera) -> Image:
 
 
 def write_image(path: Path, image: Image | NDArray[np.uint16]) -> None:
-    """Write an image of 8 or 16 bits as PNG; colour in OpenCV's order."""
+    """Write an image of 8 or 16 bits as PNG; colour in OpenCV's order.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written there; so for the other writers here.
+    """
     _, encoded = cv2.imencode(".png", image)
-    write_atomically(path, encoded.tobytes())
+    _write(path, encoded.tobytes())
 
 
 def write_arrays(path: Path, arrays: Mapping[str, NDArray[np.generic]]) -> None:
     """Write named arrays as a compressed ``.npz`` file."""
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, **arrays)
-    write_atomically(path, buffer.getvalue())
+    _write(path, buffer.getvalue())
 
 
 def write_ply(path: Path, cloud: PointCloud) -> None:
@@ -92,7 +104,28 @@ def write_ply(path: Path, cloud: PointCloud) -> None:
         *properties,
         "end_header",
     ]
-    write_atomically(path, "\n".join(header).encode("ascii") + b"\n" + vertex.tobytes())
+    _write(path, "\n".join(header).encode("ascii") + b"\n" + vertex.tobytes())
+
+
+def _write(path: Path, content: bytes) -> None:
+    try:
+        write_atomically(path, content)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def _notes_another_orientation_as_tiff(data: bytes) -> bool:
+    """Whether a TIFF notes an orientation other than 1, which OpenCV's decoder follows even when told not to."""
+    order = {b"II*\0": "<", b"MM\0*": ">"}.get(data[:4])
+    if order is None:
+        return False
+    try:
+        (start,) = struct.unpack_from(f"{order}I", data, 4)
+        (count,) = struct.unpack_from(f"{order}H", data, start)
+        entries = (struct.unpack_from(f"{order}HHIH", data, start + 2 + 12 * index) for index in range(count))
+        return any(tag == _TIFF_ORIENTATION and value != 1 for tag, _, _, value in entries)
+    except struct.error:  # cut short: the decoder says so
+        return False
 
 
 def _is_truncated(data: bytes) -> bool:

@@ -21,6 +21,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from designer.files import InputError
 from designer.imaging.costs import LARGEST_WINDOW, UNSEARCHED, equiangular_fit, least_sums, sums_beside
 from designer.imaging.panorama import AZIMUTH_PADDING, Image, PanoramaGrid
 from designer.imaging.reconstruction import disparity_from_distance, distance_map
@@ -154,7 +155,17 @@ def match(
         Grey scan lines of both views, (columns + 2 AZIMUTH_PADDING, rows).
     imaged
         Which samples the upper and the lower view image, each (columns, rows); all of them by default.
+
+    Raises
+    ------
+    InputError
+        The panoramas have fewer rows than the window.
     """
+    if grid.rows < options.window:
+        raise InputError(
+            f"--columns {grid.columns}: panoramas {grid.rows} px high, less than the matching --window of "
+            f"{options.window}: take more columns, or a wider --elevation-deg"
+        )
     if options.level_brightness:
         upper, lower = _levelled(upper), _levelled(lower)
     shape = (grid.columns, grid.rows)

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from designer.design import Design
 from designer.evaluate.resolution import VIEW_NAMES, ViewName
+from designer.files import InputError
 from designer.imaging.camera import Floats, ImagePlacement, ViewImage, view_image
 
 Sampling = Literal["spherical", "cylindrical"]
@@ -28,6 +29,10 @@ Image = NDArray[np.uint8]
 DEFAULT_COLUMNS = 1800
 # Half of the widest matching window, in columns.
 AZIMUTH_PADDING = 16
+# OpenCV samples no wider and no higher arrays.
+LARGEST_SIDE = 32766
+# Tables, matches and points take some 400 bytes for each pixel of a panorama.
+MOST_PIXELS = 10_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,21 +100,43 @@ def panorama_grid(
     elevation_deg
         Lowest and highest elevation of both panoramas, instead of each view's own range. The paper's panoramas of
         1800 x 160 pixels are (-16, 16).
+
+    Raises
+    ------
+    InputError
+        Neither view sees those elevations, or the panoramas would have more than ``MOST_PIXELS`` pixels or
+        ``LARGEST_SIDE`` on a side.
     """
-    ranges = {"upper": design.views.upper.elevation_deg, "lower": design.views.lower.elevation_deg}
+    asked_of_views = {"upper": design.views.upper.elevation_deg, "lower": design.views.lower.elevation_deg}
+    ranges = asked_of_views
     if elevation_deg is not None:
         ranges = dict.fromkeys(VIEW_NAMES, elevation_deg)
+        low, high = elevation_deg
+        if not any(low < seen_high and high > seen_low for seen_low, seen_high in asked_of_views.values()):
+            seen = ", ".join(f"the {view} one {ends[0]:.1f} to {ends[1]:.1f}" for view, ends in asked_of_views.items())
+            raise InputError(f"--elevation-deg {low:g} {high:g}: no view sees any of it; {seen} degrees")
     step = 2.0 * np.pi / columns
     edges = {name: np.radians(limits) for name, limits in ranges.items()}
     if sampling == "cylindrical":
         edges = {name: np.tan(limits) for name, limits in edges.items()}
     rows = max(int(np.ceil((high - low) / step - 1e-6)) for low, high in edges.values())
+    if rows * columns > MOST_PIXELS or max(rows, columns + 2 * AZIMUTH_PADDING) > LARGEST_SIDE:
+        raise InputError(
+            f"--columns {columns}: panoramas of {columns} x {rows} pixels; at most {MOST_PIXELS / 1e6:g} million and "
+            f"{LARGEST_SIDE} on a side: take fewer columns, or a narrower --elevation-deg"
+        )
     return PanoramaGrid(sampling, columns, rows, step, float(edges["upper"][1]), float(edges["lower"][1]))
 
 
 def view_images(design: Design, placement: ImagePlacement | None = None) -> dict[ViewName, ViewImage]:
     """Both views' images on the sensor, by name."""
     return {name: view_image(design, name, placement) for name in VIEW_NAMES}
+
+
+def imaged_rows(grid: PanoramaGrid, image: ViewImage, view: ViewName) -> NDArray[np.bool_]:
+    """Which rows of a view's panorama are imaged at some azimuth, (rows,)."""
+    slopes = grid.slope(view, np.arange(grid.rows))[:, None]
+    return np.asarray(image.is_imaged(slopes, grid.azimuth(np.arange(grid.columns))).any(axis=1))
 
 
 def look_up(grid: PanoramaGrid, image: ViewImage, view: ViewName) -> LookUp:

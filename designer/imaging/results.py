@@ -2,7 +2,7 @@
 
 The folder: ``upper.png`` and ``lower.png`` (panoramas), ``disparity.png`` (for the eye), ``outcomes.png`` (why pixels
 were dropped, by colour), ``depth.png`` (16 bits), ``stereo.npz`` (the same as numbers), ``points.ply``,
-``floor_plan.png`` and ``summary.json``, written last.
+``floor_plan.png`` and ``summary.json``, written last: a folder without it was not finished.
 """
 
 from __future__ import annotations
@@ -26,13 +26,14 @@ from designer import __version__
 from designer.design import Design
 from designer.files import write_atomically
 from designer.imaging.camera import ImagePlacement
-from designer.imaging.cloud import FloorPlan, floor_plan
+from designer.imaging.cloud import FloorPlan, floor_plan, heights_at_every_distance
 from designer.imaging.files import write_arrays, write_image, write_ply
 from designer.imaging.matching import ACCURATE_OPTIONS, Matcher, Matches, Outcome
 from designer.imaging.panorama import DEFAULT_COLUMNS, Image, Sampling
 from designer.imaging.reconstruction import PointCloud, reconstruct
 from designer.imaging.sensor import Sensor, build_sensor, match_image, panoramas
 
+SUMMARY = "summary.json"
 # Blue, green, red of each outcome in outcomes.png; kept pixels are white. Legible to the colour-blind.
 OUTCOME_COLOURS = {
     Outcome.KEPT: (255, 255, 255),
@@ -95,7 +96,7 @@ def process(design: Design, raw: Image, request: StereoRequest) -> StereoResult:
     matches = match_image(sensor, raw, options)
     pair = panoramas(sensor, raw)
     cloud = reconstruct(design, sensor.grid, matches.disparities, pair["upper"], request.noise_px)
-    plan = floor_plan(cloud, request.slab_mm or _heights_at_every_distance(design), sensor.search.distances_mm[1])
+    plan = floor_plan(cloud, request.slab_mm or heights_at_every_distance(design), sensor.search.distances_mm[1])
     return StereoResult(sensor, pair["upper"], pair["lower"], matches, cloud, plan)
 
 
@@ -104,6 +105,8 @@ def write_results(
 ) -> dict[str, Any]:
     """Write the folder of results and return its summary. ``inputs`` are the files that it was made from."""
     folder.mkdir(parents=True, exist_ok=True)
+    # An earlier run's must not vouch for what this one leaves if it is interrupted.
+    (folder / SUMMARY).unlink(missing_ok=True)
     unit_mm = _depth_unit_mm(result.sensor.search.distances_mm[1])
     write_image(folder / "upper.png", result.upper)
     write_image(folder / "lower.png", result.lower)
@@ -126,7 +129,7 @@ def write_results(
         },
     )
     summary = _summary(result, request, inputs, unit_mm)
-    write_atomically(folder / "summary.json", json.dumps(summary, indent=2, allow_nan=False) + "\n")
+    write_atomically(folder / SUMMARY, json.dumps(summary, indent=2, allow_nan=False) + "\n")
     return summary
 
 
@@ -154,17 +157,6 @@ def _depth_picture(matches: Matches, unit_mm: float) -> NDArray[np.uint16]:
 def _depth_unit_mm(far_mm: float) -> float:
     """The smallest of ... 0.01, 0.1, 1, 10 ... mm with which the farthest distance fits into 16 bits."""
     return float(10.0 ** np.ceil(np.log10(far_mm / 65535.0)))
-
-
-def _heights_at_every_distance(design: Design) -> tuple[float, float]:
-    """Heights z that the working volume holds at all its distances, or at the nearest if it is all above or below."""
-    low, high = (float(np.tan(np.radians(angle))) for angle in design.working_volume.elevation_deg)
-    near, far = design.working_volume.distance_mm
-    middle = (design.views.upper.viewpoint_mm + design.views.lower.viewpoint_mm) / 2.0
-    bottom, top = max(low * near, low * far), min(high * near, high * far)
-    if bottom >= top:
-        bottom, top = low * near, high * near
-    return middle + bottom, middle + top
 
 
 def _summary(

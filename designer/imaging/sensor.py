@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from designer.design import Design
 from designer.evaluate.resolution import VIEW_NAMES, ViewName
+from designer.files import InputError
 from designer.imaging.camera import ImagePlacement, ViewImage
 from designer.imaging.equalisation import (
     Equaliser,
@@ -82,19 +83,28 @@ def build_sensor(
         The reference sigma (raw pixels) and the distance at which the two views are compared for equalisation. By
         default the least sigma without aliasing, and the middle of the working volume in disparity; infinity
         compares equal elevations, as the paper does.
+
+    Raises
+    ------
+    InputError
+        Neither view images any of the panorama, or the tables would take more memory than they may.
     """
     near, far = design.working_volume.distance_mm
     grid = panorama_grid(design, sampling, columns, elevation_deg)
     images = view_images(design, placement)
     search = search_range(grid, design.baseline_mm, distances_mm or (near / RANGE_MARGIN, far * RANGE_MARGIN))
+    tables = {view: look_up(grid, images[view], view) for view in VIEW_NAMES}
+    imaged = (tables["upper"].imaged, tables["lower"].imaged)
+    if not (imaged[0].any() or imaged[1].any()):
+        raise InputError(
+            "neither view's image falls on the sensor: --center, --scale and --elevation-deg must leave some of it"
+        )
     equalisers = None
     if equalise:
         inner: ViewName = "upper" if design.views.upper.zone == "inner" else "lower"
         factors = factors_of_rows(grid, images, inner, reference_distance_mm or 2.0 / (1.0 / near + 1.0 / far))
         sigma_px = sigma_px or reference_sigma_px(grid, images, factors)
         equalisers = {view: build_equaliser(grid, images[view], view, factors[view], sigma_px) for view in VIEW_NAMES}
-    tables = {view: look_up(grid, images[view], view) for view in VIEW_NAMES}
-    imaged = (tables["upper"].imaged, tables["lower"].imaged)
     partly = None if imaged[0].all() and imaged[1].all() else imaged
     return Sensor(design, grid, images, tables, search, partly, equalisers, sigma_px if equalise else None)
 

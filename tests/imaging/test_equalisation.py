@@ -7,9 +7,17 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from imaging_designs import SENSES, SIGNS, coarse_prototype, prototype, with_views
 
+from designer.files import InputError
+from designer.imaging import equalisation
 from designer.imaging.camera import ImagePlacement
-from designer.imaging.equalisation import factors_of_rows, scale_factors
-from designer.imaging.panorama import panorama_grid, view_images
+from designer.imaging.equalisation import (
+    build_equaliser,
+    factors_of_rows,
+    fine_samples,
+    reference_sigma_px,
+    scale_factors,
+)
+from designer.imaging.panorama import imaged_rows, panorama_grid, view_images
 from designer.imaging.sensor import build_sensor, panoramas
 
 
@@ -60,6 +68,33 @@ def test_near_the_sensor_rows_are_compared_at_the_same_point():
         np.testing.assert_allclose(
             blur_upper[inside], np.interp(partner[inside], np.arange(grid.rows), blurs_lower), rtol=1e-4
         )
+
+
+def test_elevations_that_no_view_images_make_nothing_finer():
+    design = prototype()
+    images = view_images(design)
+    sigmas = []
+    for limits in ((-19.0, 19.0), (-30.0, 75.0)):
+        grid = panorama_grid(design, elevation_deg=limits)
+        sigmas.append(reference_sigma_px(grid, images, factors_of_rows(grid, images, "lower", np.inf)))
+        for view, image in images.items():
+            rows, columns = fine_samples(grid, image, view)
+            # No finer than pixels: along the radius over a row, and around the largest circle imaged.
+            slopes = grid.slope(view, np.flatnonzero(imaged_rows(grid, image, view)))
+            assert columns == np.ceil(max(1.0, np.abs(image.radius_px(slopes)).max() * 2 * np.pi / grid.columns))
+            steepest = np.abs(image.radius_per_elevation_px(slopes)).max() * grid.step
+            assert rows == np.ceil(max(1.0, steepest))
+    # The same directions are imaged, in rows that lie elsewhere by a part of a row.
+    assert sigmas[1] == pytest.approx(sigmas[0], rel=0.01)
+
+
+def test_tables_beyond_the_memory_allowed_are_refused(monkeypatch):
+    design = prototype()
+    grid, images = panorama_grid(design), view_images(design)
+    factors = factors_of_rows(grid, images, "lower", np.inf)
+    monkeypatch.setattr(equalisation, "MOST_FINE_SAMPLES", 1000)
+    with pytest.raises(InputError, match=r"at most 0.001 million .* --no-equalise"):
+        build_equaliser(grid, images["upper"], "upper", factors["upper"], 0.5)
 
 
 def amplitude_along(sensor, chart, view):

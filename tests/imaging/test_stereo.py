@@ -1,6 +1,7 @@
 """The stereo command: what it writes from a captured image, and how it refuses what it cannot use."""
 
 import json
+import struct
 from pathlib import Path
 
 import cv2
@@ -12,7 +13,9 @@ from imaging_designs import coarse_prototype
 
 from designer.cli import cli
 from designer.design import write_design
+from designer.files import InputError
 from designer.imaging.camera import ImagePlacement
+from designer.imaging.files import read_raw_image
 
 PLACEMENT = ImagePlacement((405.0, 296.0), np.radians(20.0), 0.98)
 CAMERA_OPTIONS = ("--center", 405, 296, "--rotation-deg", 20, "--scale", 0.98)
@@ -104,6 +107,42 @@ def refused(*words: object, out: Path) -> str:
     return line
 
 
+def exif(orientation: int) -> bytes:
+    """The least EXIF that notes an orientation (tag 274): a big-endian TIFF directory of one entry."""
+    return b"MM\0*" + struct.pack(">IHHHIHHI", 8, 1, 274, 3, 1, orientation, 0, 0)
+
+
+@pytest.mark.parametrize("orientation", [3, 6])
+def test_an_image_stays_as_the_sensor_has_it_whatever_orientation_it_notes(captured, tmp_path, orientation):
+    camera = coarse_prototype().camera
+    _, encoded = cv2.imencode(".jpg", cv2.imread(str(captured / "raw.png")))
+    plain = encoded.tobytes()
+    note = b"Exif\0\0" + exif(orientation)
+    (tmp_path / "plain.jpg").write_bytes(plain)
+    turned = plain[:2] + b"\xff\xe1" + struct.pack(">H", len(note) + 2) + note + plain[2:]
+    (tmp_path / "turned.jpg").write_bytes(turned)
+    # The bytes do ask for it: a reader that heeds them turns the image.
+    heeded = cv2.imread(str(tmp_path / "turned.jpg"))
+    assert heeded.shape != (600, 800, 3) or (heeded != cv2.imread(str(tmp_path / "plain.jpg"))).any()
+    read = [read_raw_image(tmp_path / f"{name}.jpg", camera) for name in ("plain", "turned")]
+    np.testing.assert_array_equal(*read)
+
+
+@pytest.mark.parametrize("orientation", [1, 3])
+def test_a_tiff_that_asks_to_be_turned_is_refused(tmp_path, orientation):
+    pixels = np.random.default_rng(4).integers(0, 255, (600, 800)).astype(np.uint8)
+    values = {256: 800, 257: 600, 258: 8, 259: 1, 262: 1, 273: 8 + 2 + 12 * 9 + 4, 274: orientation, 278: 600}
+    entries = b"".join(struct.pack("<HHII", tag, 4, 1, value) for tag, value in (values | {279: pixels.size}).items())
+    path = tmp_path / "raw.tiff"
+    path.write_bytes(b"II*\0" + struct.pack("<IH", 8, 9) + entries + bytes(4) + pixels.tobytes())
+    camera = coarse_prototype().camera
+    if orientation == 1:
+        np.testing.assert_array_equal(read_raw_image(path, camera), pixels)
+        return
+    with pytest.raises(InputError, match="asks to be turned"):
+        read_raw_image(path, camera)
+
+
 @pytest.mark.parametrize("kept", [0, 5, 40, 5000, -13, -1])
 @pytest.mark.parametrize("ending", [".png", ".jpg"])
 def test_a_truncated_image_is_refused(captured, tmp_path, kept, ending):
@@ -142,6 +181,13 @@ def test_what_cannot_be_used_is_refused_in_a_line(captured, tmp_path):
         (("--window", 8), "must be odd"),
         (("--distance-mm", 5000, 1000), "lower limit"),
         (("--distance-mm", -5, 1000), "positive"),
+        (("--distance-mm", 1e300, 1e301), "from 1 to 1e+09 mm"),
+        (("--elevation-deg", 80, 88), "no view sees any of it"),
+        (("--columns", 90, "--elevation-deg", 0, 1), "panoramas 1 px high, less than the matching --window of 9"),
+        (("--columns", 20000, "--elevation-deg", -89, 89), "20000 x 9889 pixels; at most 10 million"),
+        (("--center", 1e300, 3), "within 1e+06 pixels"),
+        (("--center", 1e5, 3), "neither view's image falls on the sensor"),
+        (("--noise-px", 1e300), "at most 1000"),
         (("--elevation-deg", 10, -10), "lower limit"),
         (("--elevation-deg", -95, 0), "between -89 and 89"),
         (("--scale", 0), "between 0.1 and 10"),
@@ -152,6 +198,19 @@ def test_what_cannot_be_used_is_refused_in_a_line(captured, tmp_path):
 )
 def test_impossible_options_are_refused(captured, tmp_path, words, message):
     assert message in refused(captured / "design.json", captured / "raw.png", *words, out=tmp_path / "out")
+
+
+def test_a_second_run_that_breaks_off_leaves_no_summary_of_the_first(captured, tmp_path):
+    words = (captured / "design.json", captured / "raw.png", "--columns", 900, "-o", tmp_path / "out")
+    assert run(*words).exit_code == 0
+    cloud = tmp_path / "out" / "points.ply"
+    cloud.unlink()
+    cloud.mkdir()
+    broken = run(*words)
+    assert broken.exit_code == 2
+    assert "points.ply: cannot be written" in broken.stderr
+    assert (tmp_path / "out" / "upper.png").exists()
+    assert not (tmp_path / "out" / "summary.json").exists()
 
 
 def test_an_image_without_any_match_is_still_written(captured, tmp_path):
