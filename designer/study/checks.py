@@ -12,15 +12,13 @@ import json
 import shutil
 import time
 from collections.abc import Callable
-from concurrent.futures import as_completed
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
 
 from designer.design import Design, read_design
-from designer.files import InputError, read_text, write_atomically
+from designer.files import read_text, write_atomically
 from designer.study.outputs import CHECKS, UNCHECKED
-from designer.study.run import workers
+from designer.study.workers import local_processes, run_each, why_it_failed
 
 DEFAULT_CHECKS = 3
 # The first file of a check and the last, so that one cut short is known too.
@@ -71,17 +69,17 @@ def check_best(
         return {}
     passed: dict[str, bool] = {}
     started = time.perf_counter()
-    with workers(min(jobs, len(designs))) as submit:
-        futures = {submit(_check_and_write, each, folder / CHECKS / each.configuration, seed): each for each in designs}
-        for future in as_completed(futures):
-            design, problem = futures[future], ""
+    tasks = [(design, folder / CHECKS / design.configuration, seed) for design in designs]
+    with local_processes(min(jobs, len(designs))) as processes:
+        for index, future in run_each(processes, _check_and_write, tasks):
+            design, problem = designs[index], ""
             try:
                 verdict, seconds = future.result()
             except OSError:
                 raise  # a full disk is no property of a design
             except Exception as error:
                 verdict, seconds = False, time.perf_counter() - started
-                problem = _why_unchecked(error)
+                problem = why_it_failed(error)
                 _write_unchecked(design, problem, folder / CHECKS / design.configuration)
             passed[design.configuration] = verdict
             if progress is not None:
@@ -106,15 +104,6 @@ def _check_and_write(design: Design, folder: Path, seed: int) -> tuple[bool, flo
     check = check_design(design, seed=seed)
     write_check(check, folder)
     return check.passed, time.perf_counter() - started
-
-
-def _why_unchecked(error: Exception) -> str:
-    """The reason as one line."""
-    if isinstance(error, BrokenProcessPool):
-        return "its process was ended from outside, perhaps for want of memory"
-    if isinstance(error, InputError):
-        return " ".join(str(error).split())
-    return " ".join(f"{type(error).__name__}: {error}".split())
 
 
 def _write_unchecked(design: Design, problem: str, folder: Path) -> None:

@@ -87,9 +87,8 @@ def table(results: Sequence[ConfigurationResult]) -> pd.DataFrame:
     frame = pd.DataFrame(rows)
     columns = [*CONTRACT_COLUMNS, *(name for name in frame.columns if name not in CONTRACT_COLUMNS)]
     frame = frame.reindex(columns=columns)
-    if "rank" in frame:
-        frame["rank"] = frame["rank"].astype("Int64")
-    return frame
+    # Whole numbers that some rows lack would be written as 2.0.
+    return frame.astype({name: "Int64" for name in ("rank", "starts", "solves") if name in frame})
 
 
 def front_table(fronts: Sequence[tuple[str, FrontPoint]]) -> pd.DataFrame:

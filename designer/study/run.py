@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, wait
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
 
+from designer.configurations import Configuration
 from designer.optimise.front import FrontPoint
 from designer.requirement import Requirement
-from designer.study.child import build_pool, interrupts_held_back, stop_pool
 from designer.study.folder import write_folder
 from designer.study.progress import Progress
 from designer.study.ranking import rank
 from designer.study.task import ConfigurationResult, front_of, solve_configuration
+from designer.study.workers import Processes, local_processes, run_each, why_it_failed
 
 ProgressCallback = Callable[[Progress], None]
 DESIGNS_WITH_FRONTS = 5
@@ -76,54 +74,51 @@ def solve_study(
         for configuration in requirement.configurations
         if not only or any(fnmatchcase(configuration.name, pattern) for pattern in only)
     ]
-    with workers(jobs) as submit:
-        futures = [submit(solve_configuration, requirement, configuration) for configuration in configurations]
-        results = _gather(futures, progress, started)
+    with local_processes(jobs) as processes:
+        results = _solve_each(processes, requirement, configurations, progress, started)
         ranked = rank(requirement, results)
-        best = [result for result in ranked if result.first is not None][:DESIGNS_WITH_FRONTS]
-        traced = [submit(front_of, requirement, result.first) for result in best]
-        fronts = tuple(
-            (result.configuration.name, point)
-            for result, future in zip(best, traced, strict=True)
-            for point in future.result()
-        )
-    return Study(requirement, tuple(ranked), fronts, time.perf_counter() - started)
+        ranked, fronts = _trace_fronts(processes, requirement, ranked)
+    return Study(requirement, tuple(ranked), tuple(fronts), time.perf_counter() - started)
 
 
-def _gather(
-    futures: list[Future[ConfigurationResult]], progress: ProgressCallback | None, started: float
+def _solve_each(
+    processes: Processes,
+    requirement: Requirement,
+    configurations: Sequence[Configuration],
+    progress: ProgressCallback | None,
+    started: float,
 ) -> list[ConfigurationResult]:
-    """Results in the order of their futures; progress in the order in which they come."""
-    waiting, done, feasible = set(futures), 0, 0
-    while waiting:
-        finished, waiting = wait(waiting, return_when=FIRST_COMPLETED)
-        for future in sorted(finished, key=futures.index):
-            result = future.result()
-            feasible += result.status == "feasible"
-            done += 1
-            elapsed = time.perf_counter() - started
-            if progress is not None:
-                name = result.configuration.name
-                remaining = elapsed / done * (len(futures) - done)
-                progress(Progress(done, len(futures), name, result.status, feasible, elapsed, remaining))
-    return [future.result() for future in futures]
-
-
-@contextmanager
-def workers(jobs: int) -> Iterator[Callable[..., Future[Any]]]:
-    """A ``submit`` that runs tasks in so many other processes; interruption ends them at once.
-
-    One job is a process of its own too: CasADi swallows a signal that comes while it solves in the main thread, and a
-    thread beside it could not be stopped.
-    """
-
-    def submit(function: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        with interrupts_held_back():
-            return pool.submit(function, *arguments)
-
-    with build_pool(jobs, "designer.study.task") as pool:
+    """Results in the order of the configurations; progress in the order in which they come."""
+    results: dict[int, ConfigurationResult] = {}
+    feasible = 0
+    tasks = [(requirement, configuration) for configuration in configurations]
+    for index, future in run_each(processes, solve_configuration, tasks):
         try:
-            yield submit
-        except BaseException:
-            stop_pool(pool)
-            raise
+            result = future.result()
+        except Exception as error:
+            result = ConfigurationResult(configurations[index], "failed", why_it_failed(error))
+        results[index] = result
+        feasible += result.status == "feasible"
+        if progress is not None:
+            done, total = len(results), len(configurations)
+            elapsed = time.perf_counter() - started
+            remaining = elapsed / done * (total - done)
+            progress(Progress(done, total, result.configuration.name, result.status, feasible, elapsed, remaining))
+    return [results[index] for index in range(len(configurations))]
+
+
+def _trace_fronts(
+    processes: Processes, requirement: Requirement, ranked: list[ConfigurationResult]
+) -> tuple[list[ConfigurationResult], list[tuple[str, FrontPoint]]]:
+    """The fronts of the best designs, in their order, and the results; one without its front says why."""
+    ranked = list(ranked)
+    best = [place for place, result in enumerate(ranked) if result.first is not None][:DESIGNS_WITH_FRONTS]
+    fronts: dict[int, list[FrontPoint]] = {}
+    for index, future in run_each(processes, front_of, [(requirement, ranked[place].first) for place in best]):
+        place = best[index]
+        try:
+            fronts[place] = future.result()
+        except Exception as error:
+            details = ranked[place].details | {"front_problem": why_it_failed(error)}
+            ranked[place] = replace(ranked[place], details=details)
+    return ranked, [(ranked[place].configuration.name, point) for place in sorted(fronts) for point in fronts[place]]

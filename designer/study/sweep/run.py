@@ -20,11 +20,16 @@ from designer.study.sweep.plan import check_points, plan_points
 from designer.study.sweep.point import TaskResult, chunks_of, solve_task
 from designer.study.sweep.schedule import Schedule, TaskKey
 from designer.study.sweep.store import Store, open_store
-from designer.study.sweep.workers import Processes, Workers, local_workers
+from designer.study.sweep.workers import Workers, local_workers
+from designer.study.workers import Processes
 
 # A task that takes its process down with it each time is not tried for ever.
 MOST_LOST_WORKERS = 20
 LATEST_TASKS = 100
+
+
+class LostProcessesError(OSError):
+    """Processes died again and again. What is in the store stays, and the sweep can be run again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +76,8 @@ def run_sweep(
         A point may not be asked, or the folder holds another sweep.
     StoreError
         The disk is full or the folder read-only; what is finished stays.
+    LostProcessesError
+        Processes died again and again, for want of memory for example; what is finished stays.
     """
     points = plan_points(definition)
     check_points(definition, base, points)
@@ -125,9 +132,13 @@ def _work(
                     progress(SweepProgress(done, schedule.total, 1.0 / chunks, feasible, remaining))
         except BrokenProcessPool:
             lost += 1
-            if lost > MOST_LOST_WORKERS or not isinstance(workers, Processes):
-                raise
             _take_what_is_whole(running, store, schedule)
+            if lost > MOST_LOST_WORKERS or not isinstance(workers, Processes):
+                numbers = ", ".join(str(number) for number in sorted({number for number, _ in running.values()}))
+                raise LostProcessesError(
+                    f"processes died {lost} times, at last with these points under way: {numbers}; perhaps out of "
+                    "memory. What is finished is kept: run it again, with fewer jobs, to go on"
+                ) from None
             for task in running.values():
                 schedule.give_back(task)
             running.clear()

@@ -1,0 +1,59 @@
+"""Tasks in processes that die or raise; a module of its own, so that the processes import little."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+ALWAYS = 99
+
+
+def mortal(folder: Path, deaths: Mapping[str, int], name_of: Callable[..., str], function: Any, *arguments: Any) -> Any:
+    """Do a task in a process that first dies, so many times over a name; the folder remembers."""
+    place = folder / name_of(*arguments)
+    place.mkdir(parents=True, exist_ok=True)
+    died = len(list(place.iterdir()))
+    if died < deaths.get(place.name, 0):
+        (place / str(died)).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return function(*arguments)
+
+
+def raising(
+    folder: Path, deaths: Mapping[str, int], name_of: Callable[..., str], function: Any, *arguments: Any
+) -> Any:
+    """Raise wherever :func:`mortal` dies."""
+    if name_of(*arguments) in deaths:
+        raise RuntimeError("broken")
+    return function(*arguments)
+
+
+def name_of_configuration(requirement: Any, configuration: Any) -> str:
+    return str(configuration.name)
+
+
+def name_of_first(requirement: Any, first: Any) -> str:
+    return str(first.problem.variant.configuration.name)
+
+
+def name_of_design(design: Any, folder: Path, seed: int) -> str:
+    return str(design.configuration)
+
+
+def name_of_point(*arguments: Any) -> str:
+    return "point"
+
+
+def square(number: int) -> int:
+    if number < 0:
+        raise ValueError("below\nzero")
+    return number**2
+
+
+def pass_check(design: Any, folder: Path, seed: int) -> tuple[bool, float]:
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "check.json").write_text("{}", encoding="utf-8")
+    return True, 1.0
