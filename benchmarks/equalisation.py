@@ -14,10 +14,9 @@ import numpy as np
 import pandas as pd
 
 from designer.design import Design, read_design
+from designer.imaging.detector import Detector, expose
 from designer.imaging.experiment import METHODS, compare, noise_gain, sampling_methods
 from designer.imaging.render import render
-from designer.imaging.render_sensor import Sensor as Detector
-from designer.imaging.render_sensor import expose
 from designer.imaging.scenes.library import build_world
 from designer.imaging.sensor import build_sensor
 from designer.imaging.textures import TEXTURE_KINDS

@@ -53,15 +53,15 @@ def check(
     from dataclasses import replace
 
     from designer.imaging.check import check_design, describe_check, summarise_check
+    from designer.imaging.detector import Detector
     from designer.imaging.matching import ACCURATE_OPTIONS
-    from designer.imaging.render_sensor import Sensor
 
     result = check_design(
         record,
         scene,
         texture=texture,
         samples=samples,
-        detector=Sensor(full_well_electrons, noise_electrons),
+        detector=Detector(full_well_electrons, noise_electrons),
         options=replace(ACCURATE_OPTIONS, matcher="semi_global" if matcher == "semi-global" else "sad"),
         equalise=equalise,
         seed=seed,

@@ -63,15 +63,16 @@ def render(
         raise InputError(f"{truth}: must end in .npz")
     record = read_design(design)
 
+    from designer.imaging.detector import Detector, expose
+    from designer.imaging.files import write_image, write_truth
     from designer.imaging.render import ground_truth
     from designer.imaging.render import render as render_image
-    from designer.imaging.render_sensor import Sensor, expose, write_png, write_truth
     from designer.imaging.scenes.library import build_world
 
     world = build_world(scene, record, texture, seed, sensor_height_mm)
     image = render_image(record, world, samples=samples, aperture=aperture, seed=seed)
-    sensor = None if noise_electrons is None else Sensor(full_well_electrons, noise_electrons)
-    write_png(out, expose(image, sensor, bits=16 if bits == "16" else 8, seed=seed))
+    detector = None if noise_electrons is None else Detector(full_well_electrons, noise_electrons)
+    write_image(out, expose(image, detector, bits=16 if bits == "16" else 8, seed=seed))
     click.echo(f"{out}: {record.camera.width_px} x {record.camera.height_px} pixels, scene {world.name}")
     if truth is not None:
         write_truth(truth, ground_truth(record, world))

@@ -17,11 +17,10 @@ import numpy as np
 
 from designer.design import Design
 from designer.evaluate.depth import relative_depth_error, stereo_pair_of
+from designer.imaging.detector import Detector, expose
 from designer.imaging.matching import ACCURATE_OPTIONS, MatchingOptions, contrast_of
 from designer.imaging.panorama import AZIMUTH_PADDING, Image
 from designer.imaging.render import ray_directions, render_all
-from designer.imaging.render_sensor import Sensor as Detector
-from designer.imaging.render_sensor import expose
 from designer.imaging.scenes.world import Array, World, first_surfaces
 from designer.imaging.sensor import Sensor, match_image, sample
 from designer.verify.surfaces import build_scene

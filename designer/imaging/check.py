@@ -31,9 +31,9 @@ from designer.imaging.calibration import (
     true_points,
 )
 from designer.imaging.camera import ViewImage
+from designer.imaging.detector import Detector
 from designer.imaging.matching import ACCURATE_OPTIONS, Matches, MatchingOptions, Outcome
 from designer.imaging.panorama import Image
-from designer.imaging.render_sensor import Sensor as Detector
 from designer.imaging.scenes.library import build_world, calibration_world
 from designer.imaging.scenes.world import Array, World, first_surfaces
 from designer.imaging.sensor import Sensor, build_sensor, match_image, panoramas

@@ -16,6 +16,7 @@ from designer.design import Camera
 from designer.files import InputError, write_atomically
 from designer.imaging.panorama import Image
 from designer.imaging.reconstruction import PointCloud
+from designer.imaging.render import GroundTruth
 
 LARGEST_BYTES = 500_000_000
 
@@ -76,6 +77,12 @@ def write_arrays(path: Path, arrays: Mapping[str, NDArray[np.generic]]) -> None:
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, **arrays)
     _write(path, buffer.getvalue())
+
+
+def write_truth(path: Path, truth: GroundTruth) -> None:
+    """Write a ground truth as .npz: ``view``, ``point_mm``, ``distance_mm`` and ``surface``, each of image shape."""
+    fields = ("view", "point_mm", "distance_mm", "surface")
+    write_arrays(path, {name: getattr(truth, name) for name in fields})
 
 
 def write_ply(path: Path, cloud: PointCloud) -> None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +27,6 @@ from designer.verify.tracer import (
     widest_pinhole_angle,
 )
 
-ViewName = Literal["lower", "upper"]
 NO_VIEW, LOWER_VIEW, UPPER_VIEW = 0, 1, 2
 
 # Backs and edges of mirrors, barrel and body are black, but not without light.

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from designer.design import Design
+from designer.evaluate.resolution import VIEW_NAMES, ViewName
 from designer.imaging.render import (
     Pupil,
-    ViewName,
     angular_spacing,
     on_sensor,
     pupil_of,
@@ -30,7 +30,6 @@ from designer.verify.surfaces import build_scene
 from designer.verify.tracer import Status, compare_with_path, trace_first_hits, trace_sequential
 
 Array = NDArray[np.float64]
-VIEW_NAMES: tuple[ViewName, ViewName] = ("lower", "upper")
 
 DOT_RADIUS_PX = 1.5
 # Pixels rendered about a dot, beyond its own radius.

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from imaging_designs import coarse_prototype
 
+from designer.imaging.detector import Detector, expose
 from designer.imaging.experiment import compare, noise_gain, sampling_methods
 from designer.imaging.render import render
-from designer.imaging.render_sensor import Sensor as Detector
-from designer.imaging.render_sensor import expose
 from designer.imaging.scenes.library import build_world
 from designer.imaging.sensor import build_sensor
 

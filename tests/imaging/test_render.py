@@ -10,18 +10,18 @@ from studied_designs import NAMES, studied_design, with_coarse_pixels
 
 from designer.configurations import FOLDING_PAIRS
 from designer.design import Design
+from designer.evaluate.resolution import VIEW_NAMES, ViewName
+from designer.imaging.detector import Detector, expose
 from designer.imaging.render import (
     BLACK_PARTS_RADIANCE,
     NO_VIEW,
     Pupil,
-    ViewName,
     angular_spacing,
     ground_truth,
     pupil_of,
     render,
 )
-from designer.imaging.render_dots import VIEW_NAMES, Spot, render_dots, traced_spot
-from designer.imaging.render_sensor import Sensor, expose
+from designer.imaging.render_dots import Spot, render_dots, traced_spot
 from designer.imaging.scenes.library import build_world, make_world
 from designer.imaging.scenes.shapes import Cylinder, Sphere
 from designer.imaging.scenes.world import World, first_surfaces
@@ -242,7 +242,7 @@ def test_more_samples_converge_and_the_same_seed_repeats() -> None:
 
 def test_noise_has_the_variance_of_its_electrons() -> None:
     grey = np.full((400, 500), 0.36, dtype=np.float32)
-    sensor = Sensor(full_well_electrons=8000.0, read_noise_electrons=30.0)
+    sensor = Detector(full_well_electrons=8000.0, read_noise_electrons=30.0)
     noisy = expose(grey, sensor, bits=16, seed=5).astype(float) / 65535
     np.testing.assert_allclose(noisy.mean(), 0.36, atol=1e-4)
     assert noisy.std() * 8000 == pytest.approx(np.sqrt(0.36 * 8000 + 30**2), rel=0.01)

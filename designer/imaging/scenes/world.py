@@ -29,7 +29,9 @@ class World:
     """Shapes and how they look.
 
     ``tones`` (s,) are the mean radiances of the shapes; ``offsets`` (s, 3) in mm shift the texture for each shape, so
-    that neighbours differ. ``background`` is the radiance where a ray meets nothing.
+    that neighbours differ. ``turns`` (s, 3, 3) are orthogonal matrices that turn it for each shape: the texture
+    coordinates of a place p, in the design's frame, are ``turns[s] @ p + offsets[s]``; without them nothing is turned.
+    ``background`` is the radiance where a ray meets nothing.
     """
 
     name: str
