@@ -190,9 +190,9 @@ def improve(task: Task, starts: Sequence[Candidate], goal: Goal) -> list[Candida
             if chosen != choice:
                 choices[index] = chosen
                 again.append(index)
+        place = {id(best[index]): index for index in again}
         distinct = distinct_designs([best[index] for index in again], goal.minimise)
-        active = [index for index in again if any(best[index] is design for design in distinct)]
-        active = active[:MOST_DESIGNS_IN_LATER_ROUNDS]
+        active = [place[id(design)] for design in distinct[:MOST_DESIGNS_IN_LATER_ROUNDS]]
         if not active:
             break
     return best
