@@ -6,11 +6,19 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from shipped_problems import (
+    CONFIGURATIONS,
+    at,
+    design_record,
+    is_coherent,
+    problems_of,
+    put_together,
+    random_designs,
+    shipped_requirement,
+)
 
-from designer.configurations import enumerate_configurations
 from designer.evaluate.depth import StereoPair, Volume, depth_error_rms
 from designer.evaluate.limit import (
-    Arrangement,
     ImageBounds,
     arrangement_of,
     depth_error_limit,
@@ -18,6 +26,7 @@ from designer.evaluate.limit import (
     limit_gains,
 )
 from designer.optics.view import elevation_tangents_of_views, image_radius
+from designer.verify.tracer import build_scene, pinhole_angles, widest_pinhole_angle
 
 NOISE_MM = 0.0022
 ARRANGEMENTS = [
@@ -141,12 +150,31 @@ def test_no_room_is_an_error():
         least_limit_over(ARRANGEMENTS[0], ROBOT, (50.0, 100.0), (12.0, 12.0), ImageBounds(2.64, 2.6), NOISE_MM)
 
 
-def test_every_configuration_has_its_arrangement():
-    for configuration in enumerate_configurations():
-        arrangement = arrangement_of(configuration.family, configuration.topology)
-        expected: Arrangement = Arrangement(
-            "folded" if configuration.family == "folded" else "direct",
-            "direct",
-            "upper" if configuration.topology == "upper_outer" else "lower",
-        )
-        assert arrangement == expected
+@pytest.mark.parametrize("configuration", CONFIGURATIONS.values(), ids=CONFIGURATIONS)
+def test_the_arrangement_is_what_traced_rays_see(configuration):
+    """Of a random design: which view lies farther out in the image, and whether its elevation rises outwards."""
+    requirement, problem, values = design_with_both_zones(configuration)
+    design = design_record(requirement, problem, values)
+    scene, widest = build_scene(design), widest_pinhole_angle(design)
+    arrangement = arrangement_of(configuration.family, configuration.topology)
+    psi = {}
+    for name, sense in (("lower", arrangement.sense_lower), ("upper", arrangement.sense_upper)):
+        view = getattr(design.views, name)
+        psi[name] = pinhole_angles(scene, scene.path(view.path), np.radians(view.elevation_deg), widest)
+        assert (psi[name][0] < psi[name][1]) == (sense == "direct")
+    inner_view = "lower" if arrangement.outer_view == "upper" else "upper"
+    assert psi[arrangement.outer_view].min() > psi[inner_view].max()
+
+
+def design_with_both_zones(configuration):
+    """A random design that the formulas hold for, its zones apart in the image: requirement, problem, variables."""
+    for name in ("pipe_inspection", "sky_watch"):
+        for problem in problems_of(shipped_requirement(name), configuration):
+            values = random_designs(problem, 1000, seed=6)
+            assembly = put_together(problem, values)
+            with np.errstate(all="ignore"):
+                zones = [item.value for item in assembly.constraints if "image" in item.name]
+                kept = np.flatnonzero(is_coherent(assembly) & (np.min(np.broadcast_arrays(*zones), axis=0) >= 0.0))
+            if kept.size:
+                return shipped_requirement(name), problem, at(values, kept[0])
+    raise AssertionError("no random design has both zones in the image")

@@ -9,10 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shipped_problems import CONFIGURATIONS, VARIANTS, variant_name
 
-from designer.configurations import FOLDING_PAIRS, MirrorKind, can_fold, enumerate_configurations
+from designer.configurations import FOLDING_PAIRS, MirrorKind, enumerate_configurations
 from designer.optimise.variants import Variant, enumerate_variants, gain_of
-
-kinds = st.sampled_from(MirrorKind)
 
 
 def test_there_are_exactly_44():
@@ -21,8 +19,7 @@ def test_there_are_exactly_44():
     assert sum(configuration.family == "direct" for configuration in configurations) == 8
     assert sum(configuration.family == "folded" for configuration in configurations) == 36
     assert "folded-HyPl-Hy-upper_outer" in CONFIGURATIONS
-    for configuration in configurations:
-        assert sum(configuration.topology == topology for topology in ("upper_outer", "upper_inner")) == 1
+    assert sum(configuration.topology == "upper_outer" for configuration in configurations) == 22
 
 
 def test_the_rule_gives_nine_pairs():
@@ -31,15 +28,6 @@ def test_the_rule_gives_nine_pairs():
     written_out.add((MirrorKind.PARABOLOID, MirrorKind.PARABOLOID))
     assert set(FOLDING_PAIRS) == written_out
     assert len(FOLDING_PAIRS) == 9
-
-
-@given(kinds, kinds)
-def test_a_pair_folds_if_it_shares_a_focus_and_has_power(first, second):
-    """Two mirrors share a focus where both are finite or both at infinity; two planes only move the pinhole."""
-    assert can_fold(first, second) == can_fold(second, first)
-    one_at_infinity = (first is MirrorKind.PARABOLOID) != (second is MirrorKind.PARABOLOID)
-    powerless = first is second is MirrorKind.PLANE
-    assert can_fold(first, second) == (not one_at_infinity and not powerless)
 
 
 @pytest.mark.parametrize("variant", VARIANTS, ids=variant_name)
