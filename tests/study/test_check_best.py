@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import shutil
+from functools import partial
 from pathlib import Path
 
 import pytest
+from mortal import ALWAYS, name_of_design, pass_check, raising
 
 from designer.design import read_design, write_design
 from designer.report.check_section import check_page
 from designer.report.checked import read_check, read_unchecked
 from designer.report.folder import Row
+from designer.study import checks
 from designer.study.checks import CheckProgress, best_designs, check_best
 
 DATA = Path(__file__).parents[1] / "data"
@@ -43,26 +46,24 @@ def test_only_feasible_designs_are_checked_and_earlier_checks_go(tmp_path: Path)
     assert notes.exists()
 
 
-def test_a_check_that_breaks_down_is_said_and_stops_nothing(tmp_path: Path) -> None:
-    """A design without gain can be read, but no check of it comes to an end."""
+def test_a_check_that_breaks_down_is_said_and_stops_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = _folder(tmp_path / "study")
     (path,) = (folder / "designs").iterdir()
     design = read_design(path)
-    tiny = design.camera.model_copy(update={"width_px": 16, "height_px": 16})
-    views = design.views.model_copy(update={"upper": design.views.upper.model_copy(update={"gain": 0.0})})
-    broken = design.model_copy(update={"views": views, "camera": tiny})
-    write_design(broken, path)
+    camera = design.camera.model_copy(update={"width_px": 16})
+    other = design.model_copy(update={"camera": camera})
+    broken = partial(raising, tmp_path, {design.configuration: ALWAYS}, name_of_design, pass_check)
+    monkeypatch.setattr(checks, "_check_and_write", broken)
     told: list[CheckProgress] = []
     assert check_best(folder, 1, progress=told.append) == {design.configuration: False}
     (step,) = told
-    assert step.problem
-    assert "\n" not in step.problem
-    checks = folder / "checks" / design.configuration
-    assert read_check(checks, broken) is None
-    assert read_unchecked(checks, broken) == step.problem
-    assert read_unchecked(checks, design) is None  # another design's
+    assert step.problem == "RuntimeError: broken"
+    written = folder / "checks" / design.configuration
+    assert read_check(written, design) is None
+    assert read_unchecked(written, design) == step.problem
+    assert read_unchecked(written, other) is None
     assert check_best(folder, 0) == {}
-    assert not checks.exists()
+    assert not written.exists()
 
 
 @pytest.mark.slow
