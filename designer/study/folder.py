@@ -98,10 +98,10 @@ def front_table(fronts: Sequence[tuple[str, FrontPoint]]) -> pd.DataFrame:
             "configuration": configuration,
             "swept": f"{point.swept}_mm",
             "limit_mm": point.limit,
-            "status": "infeasible" if point.goals is None else "feasible",
-            "depth_error_rms": None if point.goals is None else point.goals["depth_error"],
-            "height_mm": None if point.goals is None else point.goals["height"],
-            "diameter_mm": None if point.goals is None else point.goals["diameter"],
+            "status": "feasible",
+            "depth_error_rms": point.goals["depth_error"],
+            "height_mm": point.goals["height"],
+            "diameter_mm": point.goals["diameter"],
         }
         for configuration, point in fronts
     ]

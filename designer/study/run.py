@@ -77,7 +77,7 @@ def solve_study(
     with local_processes(jobs) as processes:
         results = _solve_each(processes, requirement, configurations, progress, started)
         ranked = rank(requirement, results)
-        ranked, fronts = _trace_fronts(processes, requirement, ranked)
+        ranked, fronts = _trace_fronts(processes, ranked)
     return Study(requirement, tuple(ranked), tuple(fronts), time.perf_counter() - started)
 
 
@@ -108,13 +108,13 @@ def _solve_each(
 
 
 def _trace_fronts(
-    processes: Processes, requirement: Requirement, ranked: list[ConfigurationResult]
+    processes: Processes, ranked: list[ConfigurationResult]
 ) -> tuple[list[ConfigurationResult], list[tuple[str, FrontPoint]]]:
     """The fronts of the best designs, in their order, and the results; one without its front says why."""
     ranked = list(ranked)
     best = [place for place, result in enumerate(ranked) if result.first is not None][:DESIGNS_WITH_FRONTS]
     fronts: dict[int, list[FrontPoint]] = {}
-    for index, future in run_each(processes, front_of, [(requirement, ranked[place].first) for place in best]):
+    for index, future in run_each(processes, front_of, [(ranked[place].first,) for place in best]):
         place = best[index]
         try:
             fronts[place] = future.result()

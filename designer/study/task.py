@@ -71,9 +71,9 @@ def solve_configuration(requirement: Requirement, configuration: Configuration) 
     return ConfigurationResult(configuration, status, reason, design if first else None, details, first)
 
 
-def front_of(requirement: Requirement, first: Candidate) -> list[FrontPoint]:
-    """The front of the first objective against height and diameter for one design."""
-    return trace_front(first, requirement.objective.minimise, FRONT_SIZES, FRONT_POINTS)
+def front_of(first: Candidate) -> list[FrontPoint]:
+    """The front of depth error against height and diameter for one design, whatever the first objective."""
+    return trace_front(first, FRONT_SIZES, FRONT_POINTS)
 
 
 def _details(result: SearchResult, design: Design) -> dict[str, Any]:

@@ -24,6 +24,7 @@ from designer.study.outputs import FIGURE_PREFIXES
 from designer.study.progress import Progress
 from designer.study.record import least_limit_of
 from designer.study.run import Study, run_study
+from designer.study.task import FRONT_POINTS
 from designer.verify.verdict import judge
 
 # Feasible, infeasible and impossible, direct and folded.
@@ -193,19 +194,45 @@ def test_a_design_tells_the_least_limit(study):
             assert float(row["least_limit_depth_error_rms"]) == least["depth_error_rms"]
 
 
+def fronts_of(folder: Path) -> dict[tuple[str, str], list[dict[str, str]]]:
+    """Points of each configuration and swept size, tightest first."""
+    fronts: dict[tuple[str, str], list[dict[str, str]]] = {}
+    with (folder / "fronts.csv").open(encoding="utf-8", newline="") as stream:
+        for row in csv.DictReader(stream):
+            fronts.setdefault((row["configuration"], row["swept"]), []).append(row)
+    return {key: sorted(rows, key=lambda row: float(row["limit_mm"])) for key, rows in fronts.items()}
+
+
+def assert_fronts_fall(folder: Path) -> None:
+    fronts = fronts_of(folder)
+    assert {swept for _, swept in fronts} == {"height_mm", "diameter_mm"}
+    for (_, swept), points in fronts.items():
+        assert len(points) == FRONT_POINTS
+        assert len({row["limit_mm"] for row in points}) == FRONT_POINTS
+        for row in points:
+            assert row["status"] == "feasible"
+            assert float(row[swept]) <= float(row["limit_mm"]) * (1.0 + 1e-5)
+        errors = [float(row["depth_error_rms"]) for row in points]
+        assert all(loose <= tight for tight, loose in pairwise(errors))
+        assert errors[-1] < 0.6 * errors[0]
+
+
 def test_fronts_fall_as_the_envelope_is_loosened(study):
     _, folder, _ = study
-    with (folder / "fronts.csv").open(encoding="utf-8", newline="") as stream:
-        rows = [row for row in csv.DictReader(stream) if row["status"] == "feasible"]
-    assert rows
-    for name in {row["configuration"] for row in rows}:
-        for swept in ("height_mm", "diameter_mm"):
-            points = [row for row in rows if row["configuration"] == name and row["swept"] == swept]
-            points.sort(key=lambda row: float(row["limit_mm"]))
-            errors = [float(row["depth_error_rms"]) for row in points]
-            for row in points:
-                assert float(row[swept]) <= float(row["limit_mm"]) * (1.0 + 1e-5)
-            assert all(tight >= loose * (1.0 - 1e-5) for tight, loose in pairwise(errors))
+    assert_fronts_fall(folder)
+
+
+def test_fronts_are_of_depth_error_whatever_is_minimised_first(study, tmp_path):
+    """From the lowest design up to about the least depth error: one descent comes near what a whole search finds."""
+    outcome, folder, _ = study
+    name = "folded-HyPl-Hy-upper_outer"
+    lowest = set_key(set_key(outcome.requirement, "objective.then", "diameter"), "objective.minimise", "height")
+    found = run_study(lowest, tmp_path, only=(name,))
+    assert_fronts_fall(tmp_path)
+    heights, asked = fronts_of(tmp_path)[name, "height_mm"], fronts_of(folder)[name, "height_mm"]
+    (first,) = [result.first for result in found.results]
+    assert float(heights[0]["height_mm"]) == pytest.approx(first.goals["height"], rel=1e-5)
+    assert float(heights[-1]["depth_error_rms"]) == pytest.approx(float(asked[-1]["depth_error_rms"]), rel=0.05)
 
 
 def test_progress_tells_of_every_configuration(study):
