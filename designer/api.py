@@ -169,6 +169,11 @@ def study(asked: Requirement, only: tuple[str, ...] = (), jobs: int | None = Non
         Names or glob patterns of configurations; all if empty.
     jobs
         Processes; one for each core if not given.
+
+    Raises
+    ------
+    InputError
+        A name or pattern matches none of the requirement's configurations.
     """
     from designer.study.child import cores
     from designer.study.folder import table
@@ -176,7 +181,7 @@ def study(asked: Requirement, only: tuple[str, ...] = (), jobs: int | None = Non
 
     solved = solve_study(asked, jobs=jobs or cores(), only=only)
     designs = {each.configuration.name: each.design for each in solved.feasible if each.design is not None}
-    return StudyResult(asked, table(solved.results), designs)
+    return StudyResult(solved.requirement, table(solved.results), designs)
 
 
 def sweep(definition: str | Path, folder: str | Path, jobs: int | None = None) -> SweepResult:

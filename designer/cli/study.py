@@ -12,7 +12,6 @@ import click
 from designer.files import InputError, check_folder
 
 if TYPE_CHECKING:
-    from designer.requirement import Requirement
     from designer.requirement.model import Objective
 
 SHOWN_DESIGNS = 10
@@ -51,7 +50,9 @@ def _is_requirement(word: str) -> bool:
 @click.argument("requirement", type=click.Path(path_type=Path), metavar="REQUIREMENT.toml")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for the results.  [default: reports/NAME]")
 @click.option("--no-pdf", is_flag=True, help="Leave out study.pdf and its figures.")
-@click.option("--only", multiple=True, metavar="NAME...", help="Only these configurations, by name or glob pattern.")
+@click.option(
+    "--only", multiple=True, metavar="NAME...", help="Only these of its configurations, by name or glob pattern."
+)
 @click.option(
     "--checks",
     type=click.IntRange(min=0),
@@ -72,10 +73,11 @@ def study(
 ) -> None:
     """Optimise, trace, score and rank every configuration for a requirement, and check the best end to end."""
     from designer.requirement import read_requirement
+    from designer.study.selection import restrict
 
     asked = read_requirement(requirement)
     if only:
-        asked = _restricted(asked, only)
+        asked = restrict(asked, only, "--only")
     folder = out or Path("reports") / asked.name
     _make_folder(folder)
 
@@ -83,9 +85,10 @@ def study(
     from designer.study.child import cores
     from designer.study.run import run_study
 
-    names = tuple(configuration.name for configuration in asked.configurations) if only else ()
     with show_progress(quiet=quiet) as progress:
-        run_study(asked, folder, jobs=jobs or cores(), only=names, progress=progress)
+        run_study(
+            asked, folder, jobs=jobs or cores(), only=asked.solve.configurations if only else (), progress=progress
+        )
     _check_best(folder, checks, jobs or cores(), quiet)
     if not no_pdf and not quiet:
         click.echo("Typesetting study.pdf ...", err=True)
@@ -127,18 +130,6 @@ def _typeset(folder: Path, quiet: bool = False) -> Path:
         click.echo(f"study.pdf: {note}", err=True)
 
     return write_pdf(folder, None if quiet else tell)
-
-
-def _restricted(asked: Requirement, only: tuple[str, ...]) -> Requirement:
-    """The requirement for some configurations only, which the study's requirement.toml then says."""
-    from designer.requirement import set_key
-    from designer.requirement.selection import select_configurations
-
-    try:
-        select_configurations(only)
-    except ValueError as error:
-        raise InputError(f"--only: {error}") from None
-    return set_key(asked, "solve.configurations", list(only))
 
 
 def _make_folder(folder: Path) -> None:

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from fnmatch import fnmatchcase
 from pathlib import Path
 
-from designer.configurations import Configuration
 from designer.optimise.front import FrontPoint
 from designer.requirement import Requirement
 from designer.study.folder import write_folder
 from designer.study.progress import Progress
 from designer.study.ranking import rank
+from designer.study.selection import restrict
 from designer.study.task import ConfigurationResult, front_of, solve_configuration
 from designer.study.workers import Processes, local_processes, run_each, why_it_failed
 
@@ -55,9 +54,15 @@ def run_study(
     jobs
         Processes to work with. The results do not depend on it.
     only
-        Names or patterns of configurations; all that the requirement selects if empty.
+        Names or patterns of configurations; all that the requirement selects if empty. The study's own requirement
+        names them.
     progress
         Called after each configuration.
+
+    Raises
+    ------
+    InputError
+        A pattern matches none of the requirement's configurations.
     """
     study = solve_study(requirement, jobs=jobs, only=only, progress=progress)
     write_folder(study.requirement, study.results, study.fronts, study.elapsed_seconds, folder)
@@ -69,26 +74,19 @@ def solve_study(
 ) -> Study:
     """Solve and rank a study without writing anything; see :func:`run_study`."""
     started = time.perf_counter()
-    configurations = [
-        configuration
-        for configuration in requirement.configurations
-        if not only or any(fnmatchcase(configuration.name, pattern) for pattern in only)
-    ]
+    requirement = restrict(requirement, only)
     with local_processes(jobs) as processes:
-        results = _solve_each(processes, requirement, configurations, progress, started)
+        results = _solve_each(processes, requirement, progress, started)
         ranked = rank(requirement, results)
         ranked, fronts = _trace_fronts(processes, ranked)
     return Study(requirement, tuple(ranked), tuple(fronts), time.perf_counter() - started)
 
 
 def _solve_each(
-    processes: Processes,
-    requirement: Requirement,
-    configurations: Sequence[Configuration],
-    progress: ProgressCallback | None,
-    started: float,
+    processes: Processes, requirement: Requirement, progress: ProgressCallback | None, started: float
 ) -> list[ConfigurationResult]:
     """Results in the order of the configurations; progress in the order in which they come."""
+    configurations = requirement.configurations
     results: dict[int, ConfigurationResult] = {}
     feasible = 0
     tasks = [(requirement, configuration) for configuration in configurations]
