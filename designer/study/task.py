@@ -15,7 +15,7 @@ from designer.optimise.program import forget_programs
 from designer.optimise.search import SearchResult, search
 from designer.requirement import Requirement
 from designer.study.record import design_of
-from designer.verify.verdict import judge
+from designer.verify.verdict import Verdict, judge
 
 FRONT_POINTS = 9
 FRONT_SIZES = ("height", "diameter")
@@ -48,27 +48,42 @@ def solve_configuration(requirement: Requirement, configuration: Configuration) 
     try:
         result = search(requirement, configuration)
         details: dict[str, Any] = {"starts": requirement.solve.starts, "solves": result.solves}
+        details |= columns_of_shortfall(result)
         design = None
         status, reason = result.status, result.reason
-        if result.shortfall is not None:
-            details |= {
-                "closest_constraint": result.shortfall.constraint,
-                "closest_violation": result.shortfall.amount,
-                "closest_unit": result.shortfall.unit,
-            }
         if result.status == "feasible":
             design = design_of(requirement, result)
             details |= _details(result, design)
             verdict = judge(design)
             if not verdict.passed:
-                status, reason = "failed", f"the tracer rejects the design: {verdict.problems[0]}"
+                status, reason = "failed", why_rejected(verdict)
     except Exception as error:
-        where = traceback.extract_tb(error.__traceback__)[-1]
-        reason = f"{type(error).__name__}: {error} ({where.name}, line {where.lineno})"
-        return ConfigurationResult(configuration, "failed", " ".join(reason.split()))
+        return ConfigurationResult(configuration, "failed", why_broken_down(error))
     details["seconds"] = time.perf_counter() - started
     first = result.first if status == "feasible" else None
     return ConfigurationResult(configuration, status, reason, design if first else None, details, first)
+
+
+def columns_of_shortfall(result: SearchResult) -> dict[str, Any]:
+    """What the nearest miss of an infeasible configuration misses, and by how much; nothing for any other."""
+    if result.shortfall is None:
+        return {}
+    return {
+        "closest_constraint": result.shortfall.constraint,
+        "closest_violation": result.shortfall.amount,
+        "closest_unit": result.shortfall.unit,
+    }
+
+
+def why_rejected(verdict: Verdict) -> str:
+    """The reason of a configuration whose design the tracer does not pass."""
+    return f"the tracer rejects the design: {verdict.problems[0]}"
+
+
+def why_broken_down(error: Exception) -> str:
+    """The reason of a configuration whose solution raised an error, in one line."""
+    where = traceback.extract_tb(error.__traceback__)[-1]
+    return " ".join(f"{type(error).__name__}: {error} ({where.name}, line {where.lineno})".split())
 
 
 def front_of(first: Candidate) -> list[FrontPoint]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import time
-import traceback
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -21,6 +20,7 @@ from designer.optimise.search import SearchResult, Trail, search
 from designer.requirement import Requirement
 from designer.study.record import record_of
 from designer.study.sweep.definition import requirement_at
+from designer.study.task import columns_of_shortfall, why_broken_down, why_rejected
 from designer.verify.verdict import judge
 
 # Configurations of one task: enough of them that a task outweighs what it costs to hand it out.
@@ -79,12 +79,7 @@ def _solve(
     try:
         result = search(requirement, configuration, parent)
         row |= {"status": result.status, "reason": result.reason, "solves": result.solves}
-        if result.shortfall is not None:
-            row |= {
-                "closest_constraint": result.shortfall.constraint,
-                "closest_violation": result.shortfall.amount,
-                "closest_unit": result.shortfall.unit,
-            }
+        row |= columns_of_shortfall(result)
         if result.status == "feasible":
             assert result.best is not None
             record = record_of(requirement, result.best)
@@ -92,12 +87,10 @@ def _solve(
             if verdict.passed:
                 row |= _scores(result, record)
             else:
-                row |= {"status": "failed", "reason": f"the tracer rejects the design: {verdict.problems[0]}"}
+                row |= {"status": "failed", "reason": why_rejected(verdict)}
     except Exception as error:
-        where = traceback.extract_tb(error.__traceback__)[-1]
-        reason = " ".join(f"{type(error).__name__}: {error} ({where.name}, line {where.lineno})".split())
         # Without trails the children start anew.
-        return {"configuration": configuration.name, "status": "failed", "reason": reason}, ()
+        return {"configuration": configuration.name, "status": "failed", "reason": why_broken_down(error)}, ()
     return row, result.trails
 
 
