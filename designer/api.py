@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from designer.verify.tracer import SequentialTrace
     from designer.verify.verdict import Verdict
 
+# A length off by so much moves the points of a ray by less than a nanometre.
+UNIT_WITHIN = 1e-9
 SHOWN_COLUMNS = ["configuration", "status", "depth_error_rms", "limit_ratio", "baseline_mm", "height_mm", "diameter_mm"]
 
 
@@ -219,11 +221,26 @@ def trace_rays(design: Design, view: Literal["upper", "lower"], directions: Arra
     ----------
     directions
         Unit vectors (n, 3), frame of the pinhole.
+
+    Raises
+    ------
+    InputError
+        There is no such view, or these are not unit vectors.
     """
     from importlib.util import find_spec
 
+    import numpy as np
+
+    from designer.files import InputError
     from designer.verify.tracer import build_scene, trace_sequential
 
+    if view not in {"upper", "lower"}:
+        raise InputError(f"view = {view!r}: must be upper or lower")
+    directions = np.asarray(directions, dtype=float)
+    if directions.ndim != 2 or directions.shape[1] != 3:
+        raise InputError(f"directions: must have shape (n, 3), not {directions.shape}")
+    if not np.allclose(np.linalg.norm(directions, axis=1), 1.0, rtol=0.0, atol=UNIT_WITHIN):
+        raise InputError("directions: must be unit vectors")
     scene = build_scene(design)
     path = scene.path(getattr(design.views, view).path)
     if find_spec("numba") is None:

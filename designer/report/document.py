@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib import resources
 from pathlib import Path
-from typing import Any
 
-import typst
 from matplotlib.figure import Figure
 
 from designer.files import write_atomically
@@ -23,6 +20,7 @@ from designer.report.figures.trade import draw_fronts, draw_trade
 from designer.report.folder import StudyFolder, read_folder
 from designer.report.legible import legible_source
 from designer.report.sections import Illustrations
+from designer.report.typesetting.pdf import typeset
 from designer.study.outputs import FIGURES, PDF, report_figures
 
 PANEL_MM = (82.0, 52.0)
@@ -50,7 +48,7 @@ def write_pdf(study_dir: Path, tell: Callable[[str], None] | None = None) -> Pat
     study = read_folder(study_dir)
     illustrations = draw_figures(study)
     text, note = legible_source(study, illustrations)
-    pdf = typeset(text, illustrations)
+    pdf = typeset(text, illustrations.files)
     if note and tell is not None:
         tell(note)
     for name, svg in illustrations.files.items():
@@ -61,19 +59,6 @@ def write_pdf(study_dir: Path, tell: Callable[[str], None] | None = None) -> Pat
     path = study_dir / PDF
     write_atomically(path, pdf)
     return path
-
-
-def typeset(text: str, illustrations: Illustrations) -> bytes:
-    """The report as PDF bytes from its Typst source."""
-    files = {f"figures/{name}": svg for name, svg in illustrations.files.items()}
-    texts = resources.files("designer.report.typesetting")
-    for name in ("style.typ", "method.typ"):
-        files[name] = texts.joinpath(name).read_bytes()
-    files["main.typ"] = text.encode("utf-8")
-    # The stubs do not know that the input may be a dict of virtual files.
-    compile_files: Any = typst.compile
-    pdf: bytes = compile_files(files, format="pdf", ignore_system_fonts=True, font_paths=[], pdf_tags=False)
-    return pdf
 
 
 def draw_figures(study: StudyFolder) -> Illustrations:

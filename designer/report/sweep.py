@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import json
-from importlib import resources
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
-import typst
 
 from designer.evaluate.depth import FIRST_ORDER_BOUND
 from designer.files import InputError, write_atomically
@@ -23,7 +20,9 @@ from designer.report.sweep_figures import (
     letters_of,
     short,
 )
+from designer.report.typesetting.glyphs import ELLIPSIS, missing_characters, without_characters
 from designer.report.typesetting.markup import DASH, call, cells, literal, number, text
+from designer.report.typesetting.pdf import typeset
 from designer.requirement import Goal
 from designer.study.sweep.designs import sensitivities
 from designer.study.sweep.export import axis_columns, pareto, read_sweep_results, requirement_of, winners
@@ -59,14 +58,18 @@ def write_sweep_pdf(folder: Path) -> Path:
     figures = _draw(table, best)
     for name, svg in figures.items():
         write_atomically(folder / "figures" / name, svg)
-    files = {f"figures/{name}": svg for name, svg in figures.items()}
-    files["style.typ"] = resources.files("designer.report.typesetting").joinpath("style.typ").read_bytes()
-    files["main.typ"] = _source(folder, table, best).encode()
-    compile_files: Any = typst.compile
-    pdf: bytes = compile_files(files, format="pdf", ignore_system_fonts=True, font_paths=[], pdf_tags=False)
     path = folder / "sweep.pdf"
-    write_atomically(path, pdf)
+    write_atomically(path, typeset(legible(source(folder, table, best)), figures))
     return path
+
+
+def legible(written: str) -> str:
+    """The source with nothing in it that the report's fonts cannot print, and a note if there was something."""
+    missing = missing_characters(written)
+    if not missing:
+        return written
+    note = f"The fonts of the report lack characters of the sweep's title or description: {ELLIPSIS} stands for them."
+    return without_characters(written, missing) + "\n" + text(f" {note}")
 
 
 def _draw(table: pd.DataFrame, best: pd.DataFrame) -> dict[str, bytes]:
@@ -88,7 +91,8 @@ def _draw(table: pd.DataFrame, best: pd.DataFrame) -> dict[str, bytes]:
         return {name: svg_bytes(figure) for name, figure in drawn.items()}
 
 
-def _source(folder: Path, table: pd.DataFrame, best: pd.DataFrame) -> str:
+def source(folder: Path, table: pd.DataFrame, best: pd.DataFrame) -> str:
+    """The report as Typst source."""
     with read_store(folder) as connection:
         about = dict(connection.execute("SELECT key, value FROM about"))
         planned = connection.execute("SELECT COUNT(*) FROM points").fetchone()[0]
@@ -126,7 +130,7 @@ def _source(folder: Path, table: pd.DataFrame, best: pd.DataFrame) -> str:
             f"The {len(front)} designs that no other beats in depth error, height and diameter at once: what was "
             "asked, and what came of it. Colours as in the map.",
         ),
-        _sensitivity_section(folder, best, base.objective.minimise),
+        sensitivity_section(folder, best, base.objective.minimise),
         "= Where it comes from\n",
         text(
             f"Designer {about['version of designer']}, base requirement {base.name}, plan "
@@ -195,7 +199,7 @@ def _winners_table(best: pd.DataFrame, letters: dict[str, str]) -> str:
     ) + text("Medians over the requirements where each wins.")
 
 
-def _sensitivity_section(folder: Path, best: pd.DataFrame, goal: Goal) -> str:
+def sensitivity_section(folder: Path, best: pd.DataFrame, goal: Goal) -> str:
     """What one more unit of each key does to the first objective of some winners."""
     chosen = best.iloc[np.unique(np.linspace(0, len(best) - 1, SENSITIVITIES_SHOWN).round().astype(int))]
     slopes = sensitivities(folder, list(zip(chosen["point"], chosen["configuration"], strict=True)))
@@ -208,7 +212,11 @@ def _sensitivity_section(folder: Path, best: pd.DataFrame, goal: Goal) -> str:
     objective, unit, factor = SENSITIVITY_UNITS[goal]
     asked = {row["point"]: ", ".join(f"{row[axis]:.4g}" for axis in axes) for _, row in chosen.iterrows()}
     rows = [
-        [f"{row['point']}: {asked[row['point']]}", row["configuration"], *(_slope(factor * row[key]) for key in keys)]
+        [
+            f"{row['point']}: {asked[row['point']]}",
+            row["configuration"],
+            *(slope_words(factor * row[key]) for key in keys),
+        ]
         for _, row in slopes.iterrows()
     ]
     header = ", ".join(f"[#text({literal(short(key))})]" for key in keys)
@@ -232,7 +240,7 @@ def _sensitivity_section(folder: Path, best: pd.DataFrame, goal: Goal) -> str:
     )
 
 
-def _slope(value: float) -> str:
+def slope_words(value: float) -> str:
     """Three digits; a dash for nothing worth mentioning, and where the key cannot move both ways."""
     return DASH if not abs(value) >= SMALLEST_SLOPE_SHOWN else f"{value:+.3g}".replace("-", "−")
 

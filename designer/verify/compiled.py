@@ -19,6 +19,7 @@ from designer.verify.surfaces import NEAREST_HIT_MM, Scene
 from designer.verify.tracer import SequentialTrace
 
 BLOCK = 256
+# The cache knows when this file changes and no other: what comes from elsewhere goes in as arguments.
 # Division by zero gives infinity, as in NumPy: a check would keep the compiler from taking several rays at a time.
 _compile = numba.njit(error_model="numpy", cache=True)
 
@@ -54,13 +55,13 @@ def trace_many(scene: Scene, path: Sequence[int], directions: ArrayLike, *, aper
     )
     results = np.empty((len(faces) + 1, 3, len(given)))
     missed = np.full(len(given), -1, dtype=np.intp)
-    _follow(mirrors, given, results, missed)
+    _follow(mirrors, NEAREST_HIT_MM, given, results, missed)
     *hits, exits = results.transpose(0, 2, 1)
     return SequentialTrace(tuple(hits), exits, missed)
 
 
 @_compile
-def _follow(mirrors: Array, directions: Array, results: Array, missed: NDArray[np.intp]) -> None:
+def _follow(mirrors: Array, nearest: float, directions: Array, results: Array, missed: NDArray[np.intp]) -> None:
     """Fill ``results`` (mirrors + 1, 3, n) with points and exit directions, ``missed`` (n,) with places in the path."""
     across = np.empty((3, BLOCK))
     before, after = np.empty((4, BLOCK)), np.empty((4, BLOCK))
@@ -72,7 +73,9 @@ def _follow(mirrors: Array, directions: Array, results: Array, missed: NDArray[n
             across[0, ray], across[1, ray], across[2, ray] = dx, dy, dx * dx + dy * dy
             before[0, ray], before[1, ray], before[2, ray], before[3, ray] = 0.0, 0.0, 1.0, dz
         for place in range(len(mirrors)):
-            misses = _meet(mirrors[place], across[2, :count], before[0], before[1], before[2], before[3], after)
+            misses = _meet(
+                mirrors[place], nearest, across[2, :count], before[0], before[1], before[2], before[3], after
+            )
             before, after = after, before
             _spread(across, before[0], before[1], results[place, :, block])
             if misses:
@@ -84,13 +87,21 @@ def _follow(mirrors: Array, directions: Array, results: Array, missed: NDArray[n
 
 @_compile
 def _meet(
-    mirror: Array, weights: Array, reaches: Array, heights: Array, drifts: Array, climbs: Array, after: Array
+    mirror: Array,
+    nearest: float,
+    weights: Array,
+    reaches: Array,
+    heights: Array,
+    drifts: Array,
+    climbs: Array,
+    after: Array,
 ) -> int:
-    """Rays (reach, height) with directions (drift, climb) meet a mirror; ``after`` (4, n) is the same after it.
+    """Rays (reach, height) with directions (drift, climb) meet a mirror; returns how many miss it.
 
-    ``weights`` turn products of reaches into mm^2. With c the curvature, k = 1 + conic constant and the vertex as
+    The same four after it go to ``after`` (4, n), NaN for a ray that misses. ``weights`` turn products of reaches
+    into mm^2. With c the curvature, k = 1 + conic constant and the vertex as
     origin, the ray meets c (r^2 + k z^2) = 2 z where a s^2 - 2 b s + v = 0, and a s - b has the sign of the mirror's
-    side. NaN where it misses.
+    side.
     """
     curvature, squeeze, side, vertex, least, most = mirror
     bend = curvature * squeeze
@@ -111,7 +122,7 @@ def _meet(
         reach += distance * drift
         height += distance * climb
         squared = weight * reach * reach
-        met = (distance > NEAREST_HIT_MM) & (bend * height <= 1.0) & (squared >= least) & (squared <= most)
+        met = (distance > nearest) & (bend * height <= 1.0) & (squared >= least) & (squared <= most)
         normal_across, normal_along = curvature * reach, bend * height - 1.0
         share = 2.0 * (weight * normal_across * drift + normal_along * climb)
         share /= weight * normal_across * normal_across + normal_along * normal_along

@@ -12,11 +12,12 @@ from sample_study import prototype, two_direct_mirrors, write_sample_study
 
 from designer.configurations import enumerate_configurations
 from designer.files import InputError
-from designer.report.document import draw_figures, typeset, write_pdf
+from designer.report.document import draw_figures, write_pdf
 from designer.report.folder import read_folder
 from designer.report.legible import legible_source
 from designer.report.sections import Illustrations, source
 from designer.report.typesetting.glyphs import missing_characters
+from designer.report.typesetting.pdf import typeset
 from designer.report.typesetting.tables import ranking
 
 
@@ -83,7 +84,7 @@ def test_remarks_stand_on_the_design_s_page_and_the_verdict_points_there(tmp_pat
     assert told.count('[#text("It is −2 mm [wide] #x.")]') == 3
     assert told.count("#remarks(") == 1
     assert "Before its mirrors are ordered, the 3 remarks on its page should be read" in told
-    assert typeset(told, drawn).startswith(b"%PDF-")
+    assert typeset(told, drawn.files).startswith(b"%PDF-")
 
 
 def test_one_feasible_design_is_enough(tmp_path: Path) -> None:
@@ -105,7 +106,7 @@ def test_columns_fronts_and_provenance_may_be_missing(tmp_path: Path) -> None:
         writer.writerows(rows)
     study = read_folder(path)
     drawn = draw_figures(study)
-    assert typeset(source(study, drawn), drawn).startswith(b"%PDF-")
+    assert typeset(source(study, drawn), drawn.files).startswith(b"%PDF-")
 
 
 @pytest.mark.parametrize(

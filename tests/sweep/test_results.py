@@ -1,6 +1,7 @@
 """What is made of a finished sweep: designs, tables, report, comparison."""
 
 import doctest
+import json
 import shutil
 import sqlite3
 from pathlib import Path
@@ -16,8 +17,10 @@ from designer import api
 from designer.cli import cli
 from designer.design import Design
 from designer.files import InputError
+from designer.report import sweep as sweep_report
 from designer.report.sweep import write_sweep_pdf
 from designer.report.sweep_figures import draw_heat_map, draw_winner_map, letters_of, short
+from designer.report.typesetting.glyphs import missing_characters
 from designer.study.compare import compare
 from designer.study.sweep.export import pareto
 from designer.study.sweep.store import FILE_NAME
@@ -152,6 +155,34 @@ def test_report_has_its_pages(finished_folder):
     assert path.read_bytes().startswith(b"%PDF")
     assert {each.name for each in (finished_folder / "figures").iterdir()} >= {"winners.svg", "pareto.svg"}
     assert write_sweep_pdf(finished_folder).read_bytes() == path.read_bytes()
+
+
+def test_the_report_prints_nothing_its_fonts_lack_and_says_so(finished_folder, tmp_path):
+    folder = shutil.copytree(finished_folder, tmp_path / "out")
+    with sqlite3.connect(folder / FILE_NAME) as connection:
+        (definition,) = connection.execute("SELECT value FROM about WHERE key = 'definition'").fetchone()
+        changed = json.dumps(json.loads(definition) | {"title": "Sweep 扫描 of two", "description": "Größe, 幅"})
+        connection.execute("UPDATE about SET value = ? WHERE key = 'definition'", (changed,))
+    table = api.read_sweep_folder(folder)
+    shown = sweep_report.legible(sweep_report.source(folder, table.table, table.winners))
+    assert "Sweep … of two" in shown
+    assert "Größe, …" in shown
+    assert "fonts of the report lack" in shown
+    assert not missing_characters(shown)
+    assert write_sweep_pdf(folder).read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize(("goal", "words"), [("depth_error", "parts per ten thousand"), ("volume", "cm³")])
+def test_multipliers_are_shown_in_the_unit_of_the_first_objective(finished_folder, goal, words):
+    best = api.read_sweep_folder(finished_folder).winners
+    section = sweep_report.sensitivity_section(finished_folder, best, goal)
+    assert f"Change of the least {goal.replace('_', ' ')}, in {words}" in section
+    assert "nan" not in section
+
+
+def test_a_multiplier_that_does_not_exist_is_a_dash():
+    assert sweep_report.slope_words(float("nan")) == sweep_report.slope_words(1e-9) == "–"
+    assert sweep_report.slope_words(-0.123456) == "−0.123"
 
 
 def test_comparing_a_sweep_with_itself_finds_nothing(finished_folder):

@@ -6,9 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from designer import api
 from designer.design import Design
+from designer.files import InputError
 from designer.verify.compiled import BLOCK, trace_many
 from designer.verify.surfaces import Pose, build_scene
 from designer.verify.tracer import pinhole_directions, trace_sequential, widest_pinhole_angle
@@ -79,9 +82,64 @@ def test_a_mirror_off_the_axis_is_refused():
 def test_the_api_traces_with_and_without_the_compiler(monkeypatch):
     design = DESIGNS[0]
     directions = directions_of(design, 500)
+    calls = []
+
+    def trace_and_note(*arguments):
+        calls.append(arguments)
+        return trace_many(*arguments)
+
+    monkeypatch.setattr("designer.verify.compiled.trace_many", trace_and_note)
     compiled = api.trace_rays(design, "lower", directions)
+    assert len(calls) == 1
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     plain = api.trace_rays(design, "lower", directions)
     np.testing.assert_array_equal(plain.missed, compiled.missed)
     np.testing.assert_allclose(plain.point, compiled.point, atol=1e-11)
-    assert not np.array_equal(plain.point, compiled.point)
+    assert len(calls) == 1
+
+
+@pytest.mark.parametrize(
+    ("view", "directions", "words"),
+    [
+        ("middle", [[0.0, 0.0, 1.0]], "must be upper or lower"),
+        ("upper", [[0.15, 0.0, 1.0]], "must be unit vectors"),
+        ("upper", [[np.nan, 0.0, 1.0]], "must be unit vectors"),
+        ("upper", np.eye(3)[:, :2], "must have shape"),
+        ("upper", [0.0, 0.0, 1.0], "must have shape"),
+    ],
+)
+def test_rays_that_are_none_are_refused(view, directions, words):
+    with pytest.raises(InputError, match=words):
+        api.trace_rays(DESIGNS[0], view, directions)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=60, deadline=None)
+def test_any_two_mirrors_trace_alike(seed):
+    """Planes, every kind of conic, both facings, holes; rays along the axis, across it and backwards."""
+    random = np.random.default_rng(seed)
+    mirrors = tuple(
+        mirror.model_copy(
+            update={
+                "vertex_mm": random.uniform(-50.0, 200.0),
+                "radius_mm": random.choice([-1.0, 1.0]) * 10.0 ** random.uniform(0.5, 4.0),
+                "conic": random.choice([0.0, -1.0, -0.5, -2.0, random.uniform(-5.0, 1.0)]),
+                "inner_radius_mm": random.choice([0.0, random.uniform(0.0, 5.0)]),
+                "outer_radius_mm": random.uniform(5.0, 80.0),
+                "faces": str(random.choice(["up", "down"])),
+            }
+        )
+        for mirror in DESIGNS[0].mirrors[:2]
+    )
+    plane = {"radius_mm": None, "conic": 0.0}
+    mirrors = tuple(m.model_copy(update=plane) if random.uniform() < 0.25 else m for m in mirrors)
+    scene = build_scene(DESIGNS[0].model_copy(update={"mirrors": mirrors}))
+    directions = random.standard_normal((400, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    directions[:3] = [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]
+    for path in ((0,), (1,), (0, 1), (1, 0)):
+        loops = trace_many(scene, path, directions)
+        arrays = trace_sequential(scene, path, directions, np.zeros_like(directions))
+        np.testing.assert_array_equal(loops.missed, arrays.missed)
+        np.testing.assert_allclose(loops.direction, arrays.direction, atol=1e-9)
+        np.testing.assert_allclose(loops.point, arrays.point, rtol=1e-9, atol=1e-8)

@@ -381,7 +381,13 @@ def test_pinhole_angles_invert_the_trace_and_say_what_is_out_of_reach():
         psi = pinhole_angles(scene, path, wanted, 0.25)
         trace = trace_sequential(scene, path, pinhole_directions(psi), apertures=False)
         np.testing.assert_allclose(elevation_angles(trace.direction), wanted, atol=1e-13)
-        assert np.isnan(pinhole_angles(scene, path, np.radians([80.0]), 0.25)).all() or view.sense == "folded"
+        reached = elevation_angles(
+            trace_sequential(scene, path, pinhole_directions(np.linspace(0.0, 0.25, 1025)), apertures=False).direction
+        )
+        beyond = np.radians([80.0, -80.0])
+        out_of_reach = (beyond > np.nanmax(reached)) | (beyond < np.nanmin(reached))
+        assert out_of_reach.any()
+        np.testing.assert_array_equal(np.isnan(pinhole_angles(scene, path, beyond, 0.25)), out_of_reach)
 
 
 def test_meridional_rays_end_where_they_should():
