@@ -270,7 +270,7 @@ def _number(value: float) -> float | None:
 def _in_volume(design: Design, points: Array) -> Mask:
     near, far = design.working_volume.distance_mm
     low, high = np.tan(np.radians(design.working_volume.elevation_deg))
-    middle = (design.views.upper.viewpoint_mm + design.views.lower.viewpoint_mm) / 2.0
+    middle = design.views.middle_mm
     distance = np.hypot(points[0], points[1])
     slope = (points[2] - middle) / distance
     return np.asarray((distance >= near) & (distance <= far) & (slope >= low) & (slope <= high))

@@ -52,7 +52,7 @@ def heights_at_every_distance(design: Design) -> tuple[float, float]:
     """Heights z (mm) that the working volume holds at all its distances, or at the nearest if there is none."""
     low, high = (float(np.tan(np.radians(angle))) for angle in design.working_volume.elevation_deg)
     near, far = design.working_volume.distance_mm
-    middle = (design.views.upper.viewpoint_mm + design.views.lower.viewpoint_mm) / 2.0
+    middle = design.views.middle_mm
     bottom, top = max(low * near, low * far), min(high * near, high * far)
     if bottom >= top:
         bottom, top = low * near, high * near

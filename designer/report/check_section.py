@@ -70,7 +70,7 @@ def figure_name(kind: str, configuration: str) -> str:
 
 
 def _plan_title(design: Design) -> str:
-    middle = (design.views.upper.viewpoint_mm + design.views.lower.viewpoint_mm) / 2.0
+    middle = design.views.middle_mm
     low, high = (height - middle for height in slab_of(design))
     return f"Floor plan, {number(low, 0)} to {number(high, 0)} mm"
 

@@ -55,7 +55,7 @@ def build_world(
     if sensor_height_mm is not None and not 0.0 < sensor_height_mm < np.inf:
         raise InputError(f"sensor height {sensor_height_mm:g} mm: must be greater than 0")
     near, far = design.working_volume.distance_mm
-    middle = (design.views.upper.viewpoint_mm + design.views.lower.viewpoint_mm) / 2.0
+    middle = design.views.middle_mm
     scene = choose_scene(design) if name == "auto" else name
     if Path(scene).suffix.lower() in MESH_SUFFIXES:
         from designer.imaging.scenes.mesh import read_mesh
@@ -101,7 +101,7 @@ def calibration_world(design: Design, texture: str = "rich", seed: int = 0) -> W
     them is an average over its directions.
     """
     near, far = design.working_volume.distance_mm
-    middle = (design.views.upper.viewpoint_mm + design.views.lower.viewpoint_mm) / 2.0
+    middle = design.views.middle_mm
     azimuths = 2.0 * np.pi * (np.arange(CALIBRATION_WALLS + 1) + 0.5) / CALIBRATION_WALLS
     distances = np.sqrt(near * far) * (far / near) ** (0.5 * np.cos(azimuths))
     corners = np.stack([distances * np.cos(azimuths), distances * np.sin(azimuths)], axis=-1)

@@ -16,6 +16,9 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
 from designer.design import Design
+from designer.imaging.calibration import robust_deviation
+from designer.imaging.check import LARGEST_ERROR_RATIO, LEAST_ERROR_RATIO
+from designer.imaging.cloud import heights_at_every_distance
 from designer.report.checked import CheckedDesign
 from designer.report.figures.style import BLUE, INK, LIGHT_GREY, VERMILLION, length_unit, new_figure
 
@@ -35,7 +38,6 @@ ERROR_SIGMAS = 4.0
 _SLAB = (0.15, 0.33)
 _BINS = 16
 _FEWEST_IN_BIN = 200
-_NORMAL_PER_MAD = 1.4826
 
 
 def raw_svg(checked: CheckedDesign) -> bytes:
@@ -127,14 +129,9 @@ def draw_floor_plan(checked: CheckedDesign, width_mm: float, height_mm: float) -
 
 def slab_of(design: Design) -> tuple[float, float]:
     """Heights z (mm) of the floor plan: a slab below the middle of those that the volume holds at every distance."""
-    low, high = np.tan(np.radians(design.working_volume.elevation_deg))
-    near, far = design.working_volume.distance_mm
-    bottom, top = max(low * near, low * far), min(high * near, high * far)
-    if bottom >= top:
-        bottom, top = low * near, high * near
-    middle = design.views.middle_mm
-    first, last = (middle + bottom + share * (top - bottom) for share in _SLAB)
-    return float(first), float(last)
+    bottom, top = heights_at_every_distance(design)
+    first, last = (bottom + share * (top - bottom) for share in _SLAB)
+    return first, last
 
 
 def draw_check_errors(checked: CheckedDesign, width_mm: float, height_mm: float) -> Figure:
@@ -146,7 +143,15 @@ def draw_check_errors(checked: CheckedDesign, width_mm: float, height_mm: float)
     axes = figure.add_subplot()
     distance, measured, predicted, bias = errors_by_distance(checked)
     x = distance / unit_mm
-    axes.fill_between(x, 50 * predicted, 150 * predicted, color=BLUE, alpha=0.15, linewidth=0, label="0.5 to 1.5 times")
+    axes.fill_between(
+        x,
+        100 * LEAST_ERROR_RATIO * predicted,
+        100 * LARGEST_ERROR_RATIO * predicted,
+        color=BLUE,
+        alpha=0.15,
+        linewidth=0,
+        label=f"{LEAST_ERROR_RATIO:g} to {LARGEST_ERROR_RATIO:g} times",
+    )
     axes.plot(x, 100 * predicted, color=BLUE, label="predicted $\\sigma_D/D$")
     axes.plot(x, 100 * measured, "o", color=INK, markersize=3.5, label="measured, robust rms")
     axes.plot(x, 100 * np.abs(bias), "x", color=VERMILLION, markersize=4.0, label="bias, absolute")
@@ -182,9 +187,8 @@ def errors_by_distance(checked: CheckedDesign) -> tuple[Floats, Floats, Floats, 
     for low, high in pairwise(edges):
         inside = kept & (distance >= low) & (distance < high)
         if inside.sum() >= _FEWEST_IN_BIN:
-            bias = np.median(error[inside])
-            spread = _NORMAL_PER_MAD * np.median(np.abs(error[inside] - bias))
-            rows.append((np.sqrt(low * high), spread, np.median(predicted[inside]), bias))
+            spread = robust_deviation(error[inside])
+            rows.append((np.sqrt(low * high), spread, np.median(predicted[inside]), np.median(error[inside])))
     table = np.array(rows, dtype=float).reshape(-1, 4)
     return table[:, 0], table[:, 1], table[:, 2], table[:, 3]
 
