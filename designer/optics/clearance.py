@@ -219,9 +219,7 @@ def solid_rows(solids: Sequence[Solid]) -> SolidRows:
 def leg_separation(legs: LegRows, solids: SolidRows, direction: int) -> Scalar:
     """Separation of each row's leg and solid along one of ``LEG_DIRECTIONS``; negative when they overlap."""
     normal = _leg_direction(legs, solids, direction)
-    # The other end ray lies behind an end ray's normal by construction, so the ray itself is the leg's extent.
-    farthest = _dot(normal, legs.start_points[direction // 2]) if direction < 4 else legs.extent(normal)
-    return -solids.extent((-normal[0], -normal[1])) - farthest
+    return -solids.extent((-normal[0], -normal[1])) - legs.extent(normal)
 
 
 def solid_separation(first: SolidRows, second: SolidRows, direction: int) -> Scalar:
@@ -242,7 +240,6 @@ def separations(layout: Layout, pairs: Pairs) -> tuple[NDArray[np.float64], NDAr
     pair_legs = legs.take([leg for leg, _ in pairs.leg_solid])
     pair_solids = solids.take([solid for _, solid in pairs.leg_solid])
     normals = _stacked([_leg_direction(pair_legs, pair_solids, direction) for direction in range(len(LEG_DIRECTIONS))])
-    # The whole leg's extent, also along the normals of its end rays, so that a normal on the wrong side shows.
     spare = -pair_solids.extent((-normals[0], -normals[1])) - pair_legs.extent(normals)
     light = np.where(_dot(normals, normals) > 0.5, spare, NOT_APART_MM)
     first = solids.take([one for one, _ in pairs.solid_solid])
