@@ -57,8 +57,7 @@ def box_of(variant: Variant, rules: Rules, ranges: Ranges) -> Box:
         inverse_gain = Interval(1.0, 1.0)
     else:
         inverse_low, inverse_high = variant.fold.inverse_gains
-        wide = max(abs(inverse_low), abs(inverse_high)) > 1.0
-        inverse_gain = Interval(inverse_low, inverse_high, logarithmic=wide)
+        inverse_gain = Interval(inverse_low, inverse_high, is_logarithmic(variant, "secondary_inverse_gain"))
     box = {
         "baseline": Interval(*ranges.baseline),
         "principal_distance": Interval(*ranges.principal_distance),
@@ -73,8 +72,16 @@ def box_of(variant: Variant, rules: Rules, ranges: Ranges) -> Box:
     for view in ("lower", "upper"):
         low, high = largest[view]
         sign = variant.gain_sign(view)
-        box[f"{view}_gain"] = Interval(sign * SMALLEST_GAIN_SHARE * low, sign * LARGEST_GAIN_SHARE * high, True)
+        ends = (sign * SMALLEST_GAIN_SHARE * low, sign * LARGEST_GAIN_SHARE * high)
+        box[f"{view}_gain"] = Interval(*ends, is_logarithmic(variant, f"{view}_gain"))
     return {name: box[name] for name in VARIABLES}
+
+
+def is_logarithmic(variant: Variant, name: str) -> bool:
+    """Whether a variable is scaled by its logarithm: gains are, inverse ones where they reach beyond 1."""
+    if name == "secondary_inverse_gain" and variant.fold is not None:
+        return max(abs(end) for end in variant.fold.inverse_gains) > 1.0
+    return name in {"lower_gain", "upper_gain"}
 
 
 def physical(variant: Variant, name: str, scaled: Scalar, low: Scalar, high: Scalar, logarithmic: bool) -> Scalar:

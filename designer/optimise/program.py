@@ -28,7 +28,7 @@ from designer.optics.clearance import (
     solid_separation,
 )
 from designer.optimise.assembly import VARIABLES, Assembly, assemble
-from designer.optimise.box import physical
+from designer.optimise.box import is_logarithmic, physical
 from designer.optimise.menu import Menu, Separators
 from designer.optimise.rules import RULE_NAMES, Rules, rule_values
 from designer.optimise.screening import Problem
@@ -153,7 +153,7 @@ def _build_symbols(variant: Variant, fixed: tuple[tuple[str, float], ...], free:
     weights, scales = casadi.SX.sym("weights", len(GOALS) + 1), casadi.SX.sym("scales", len(GOALS))
     rules = Rules(*(numbers[i] for i in range(len(RULE_NAMES))))
     values = {
-        name: physical(variant, name, position.get(name, 0.0), low[i], high[i], _is_logarithmic(variant, name))
+        name: physical(variant, name, position.get(name, 0.0), low[i], high[i], is_logarithmic(variant, name))
         for i, name in enumerate(VARIABLES)
     }
     assembly = assemble(variant, values, rules, dict(fixed))
@@ -338,9 +338,3 @@ def _run(
 def _solve_program(program: Program, arguments: dict[str, NDArray[np.float64]]) -> tuple[Any, dict[str, Any]]:
     """What the solver returns, and its statistics."""
     return program.solver(**arguments), program.solver.stats()
-
-
-def _is_logarithmic(variant: Variant, name: str) -> bool:
-    if name == "secondary_inverse_gain" and variant.fold is not None:
-        return max(abs(end) for end in variant.fold.inverse_gains) > 1.0
-    return name in {"lower_gain", "upper_gain"}

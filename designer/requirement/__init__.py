@@ -5,7 +5,9 @@ from designer.requirement.fixed import Fixed, FixedMirror, FixedView
 from designer.requirement.model import GOAL_COLUMNS, SAME_OBJECTIVE, Goal, Objective, Requirement, Solve
 from designer.requirement.reading import (
     NOT_ASKED,
+    name_from,
     read_requirement,
+    read_toml,
     requirement_from_json,
     requirement_to_json,
     requirement_to_toml,
@@ -29,8 +31,10 @@ __all__ = [
     "Requirement",
     "Solve",
     "WorkingVolume",
+    "name_from",
     "principal_distance",
     "read_requirement",
+    "read_toml",
     "requirement_from_json",
     "requirement_to_json",
     "requirement_to_toml",

@@ -27,17 +27,28 @@ def read_requirement(path: Path) -> Requirement:
     InputError
         The file cannot be read, is not TOML, or asks for something that cannot be: one line says what is allowed.
     """
+    content = read_toml(path)
+    content.setdefault("name", name_from(path))
+    return _validated(content, path)
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The content of a TOML file that somebody wrote.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read or is not TOML: one line says why.
+    """
     text = read_text(path, largest_bytes=LARGEST_FILE_BYTES)
     try:
-        content = tomllib.loads(text)
+        return tomllib.loads(text)
     except RecursionError:
-        raise InputError(f"{path}: nested too deeply for a requirement") from None
+        raise InputError(f"{path}: nested too deeply to be read") from None
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
     except ValueError:  # Python refuses to read a whole number of thousands of digits, or a 13th month
         raise InputError(f"{path}: not valid TOML: a number or date is beyond all limits") from None
-    content.setdefault("name", _name_from(path))
-    return _validated(content, path)
 
 
 def requirement_to_toml(requirement: Requirement) -> str:
@@ -109,6 +120,7 @@ def _validated(content: dict[str, Any], source: Path | str) -> Requirement:
         raise InputError(describe_validation_error(source, error)) from None
 
 
-def _name_from(path: Path) -> str:
+def name_from(path: Path) -> str:
+    """A name that may name a folder, made of a file's."""
     name = re.sub(r"[^A-Za-z0-9_.-]+", "_", path.stem)[:100].lstrip(".-")
     return name or "requirement"

@@ -10,8 +10,8 @@ from typing import Any
 
 import pandas as pd
 
-from designer.files import InputError, read_text
-from designer.requirement import NOT_ASKED, requirement_to_toml
+from designer.files import InputError
+from designer.requirement import NOT_ASKED, read_toml, requirement_to_toml
 from designer.study.sweep.export import axis_columns, read_sweep_results, requirement_of
 from designer.study.sweep.store import FILE_NAME
 
@@ -86,10 +86,16 @@ def _read(folder: Path) -> tuple[Mapping[str, Any], pd.DataFrame]:
     if not (folder / "designs.csv").is_file():
         holds = f"holds neither designs.csv nor {FILE_NAME}" if folder.is_dir() else "is no folder"
         raise InputError(f"{folder}: {holds}; give the folder of a study or of a sweep")
-    table = pd.read_csv(folder / "designs.csv")
-    if "rank" not in table:  # nothing is feasible
-        table["rank"] = pd.NA
-    return tomllib.loads(read_text(folder / "requirement.toml")), table
+    try:
+        table = pd.read_csv(folder / "designs.csv")
+    except ValueError as error:  # pandas' errors of empty and malformed files, and what is not UTF-8
+        raise InputError(f"{folder / 'designs.csv'}: is no table of a study: {' '.join(str(error).split())}") from None
+    for name in ("configuration", "status"):
+        if name not in table:
+            raise InputError(f"{folder / 'designs.csv'}: is no table of a study: no column {name}")
+    # Where nothing is feasible these are absent.
+    table = table.reindex(columns=list(dict.fromkeys([*table.columns, "rank", *SCORES])))
+    return read_toml(folder / "requirement.toml"), table
 
 
 def _joined(first: pd.DataFrame, second: pd.DataFrame, on: list[str], columns: list[str]) -> pd.DataFrame:

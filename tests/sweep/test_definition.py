@@ -28,6 +28,8 @@ MALFORMED = {
                              "belongs to a grid"),
     "misspelt": (HEAD + AXIS + "value = [100]", "did you mean values?"),
     "misspelt plan": ('plan = "gird"\n' + HEAD + AXIS + "values = [100]", "plan"),
+    "name of no folder": ('name = "my sweep"\n' + HEAD + AXIS + "values = [100]",
+                          "quick.toml: name = 'my sweep': must be letters"),
     "key that does not exist": (HEAD + '[[axis]]\nkey = "envelope.hight_mm"\nvalues = [1]',
                                 "no such key (hight_mm); did you mean height_mm?"),
     "key that is no number": (HEAD + '[[axis]]\nkey = "name"\nvalues = [1]', "not a numeric key"),

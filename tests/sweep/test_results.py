@@ -215,6 +215,23 @@ def test_comparing_with_what_is_no_result_gets_one_line(finished_folder, tmp_pat
         compare(finished_folder, tmp_path)
 
 
+@pytest.mark.parametrize(
+    ("file", "content", "words"),
+    [
+        ("designs.csv", "", "designs.csv: is no table of a study"),
+        ("designs.csv", "a,b\n1,2\n", "no column configuration"),
+        ("requirement.toml", "name = [", "requirement.toml: not valid TOML"),
+    ],
+)
+def test_comparing_with_a_spoilt_folder_gets_one_line(tmp_path, file, content, words):
+    (tmp_path / "designs.csv").write_text("configuration,status\nfolded-HyPl-Hy-upper_outer,infeasible\n")
+    (tmp_path / "requirement.toml").write_text("baseline_mm = 100\n")
+    assert compare(tmp_path, tmp_path).asked == ()
+    (tmp_path / file).write_text(content)
+    with pytest.raises(InputError, match=words):
+        compare(tmp_path, tmp_path)
+
+
 def test_a_point_that_does_not_exist_is_refused(finished_folder):
     found = api.read_sweep_folder(finished_folder)
     for ask in (lambda: found.design(99), lambda: found.sensitivities([0, 99])):

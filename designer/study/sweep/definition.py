@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, StrictStr, ValidationError, field_validator, model_validator
 
-from designer.files import InputError, describe_validation_error, read_text
-from designer.requirement import Requirement, read_requirement, set_key
+from designer.files import InputError, describe_validation_error
+from designer.requirement import Requirement, name_from, read_requirement, read_toml, set_key
 from designer.requirement.part import Part
 from designer.requirement.quantity import Quantity, refuse
 from designer.requirement.selection import nearest
@@ -195,19 +194,17 @@ def read_sweep(path: Path) -> tuple[SweepDefinition, Requirement]:
     InputError
         The file, the requirement or a key of an axis cannot be used: one line says why.
     """
-    try:
-        content: dict[str, Any] = tomllib.loads(read_text(path, largest_bytes=1_000_000))
-    except RecursionError:
-        raise InputError(f"{path}: nested too deeply for a sweep") from None
-    except ValueError as error:
-        raise InputError(f"{path}: not valid TOML: {' '.join(str(error).split())}") from None
-    content.setdefault("name", path.stem)
+    content = read_toml(path)
+    content.setdefault("name", name_from(path))
     try:
         definition = SweepDefinition.model_validate(content)
     except ValidationError as error:
         raise InputError(describe_validation_error(path, error)) from None
     base = read_requirement(path.parent / definition.requirement)
-    base = set_key(base, "name", definition.name)
+    try:
+        base = set_key(base, "name", definition.name)
+    except InputError as error:
+        raise InputError(f"{path}: {str(error).removeprefix(f'{base.name}: ')}") from None
     for axis in definition.axis:
         _check_key(path, base, axis.key)
     return definition, base
