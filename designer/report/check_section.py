@@ -52,7 +52,7 @@ def check_page(row: Row, checked: CheckedDesign) -> str:
         text(summary.strip()),
         "#v(1mm)",
         "#grid(columns: (82mm, 1fr), column-gutter: 4mm,",
-        f"  panel([Raw image], align(center)[#v(1.5mm)#image({literal(raw)}, width: 60mm)]),",
+        f"  panel([Raw image], align(center)[#v(1.5mm)#image({literal(raw)}, width: 50mm)]),",
         f"  panel([{_plan_title(checked.design)}], image({literal(plan)})),",
         ")",
         f"#image({literal(maps)})",

@@ -91,7 +91,7 @@ def _draw_checks(study: StudyFolder, illustrations: Illustrations) -> None:
         pictures = {
             "raw": raw_svg(checked),
             "maps": svg_bytes(draw_check_maps(checked, 170.0)),
-            "plan": svg_bytes(draw_floor_plan(checked, 84.0, 46.0)),
+            "plan": svg_bytes(draw_floor_plan(checked, 84.0, 40.0)),
             "errors": svg_bytes(draw_check_errors(checked, 92.0, 45.0)),
         }
         for kind, content in pictures.items():

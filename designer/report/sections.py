@@ -173,7 +173,7 @@ def trade(illustrations: Illustrations) -> str:
             caption += text(f" Near-ties: {key}.") if key else ""
             lines.append(_figure(name, caption))
     reading = (
-        "everything else as required. A bar at the end of a line: nothing smaller was found feasible. Errors above "
+        "everything else as required. Each line ends at the smallest design found. Errors above "
         "twice the least lie off the plot."
     )
     for word in ("height", "diameter"):

@@ -89,9 +89,6 @@ def draw_fronts(
         errors.extend(line_errors)
         label = f"{ranks.get(name, DASH)}  {name}"
         axes.plot(limits, line_errors, color=colour, linestyle=style, marker=marker, label=label)
-        # A bar across the end says that nothing smaller was found feasible.
-        if any(p.depth_error_rms is None and p.limit_mm < limits[0] for p in line):
-            axes.plot([limits[0]], [line_errors[0]], marker="|", markersize=12, color=colour, markeredgewidth=1.4)
     _finish(axes, swept, limit_mm, [error for error in errors if error <= FRONT_SPAN * min(errors)])
     axes.set_xlabel(AXIS_LABEL[swept].replace("of the mirror system", "allowed"))
     if errors:
