@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from closed_forms import CAMERA, conic_mirror, convex_ellipsoid_pair, folded_hypl_hy, gain, paraboloid
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from designer.design import Design
@@ -211,6 +211,7 @@ def solid_membership(design: Design, poses: dict[str, Pose], points: np.ndarray)
 
 
 @given(seed=st.integers(0, 100_000))
+@example(seed=5998)  # ends on a face so thin that the march steps over it
 @settings(max_examples=40, deadline=None)
 def test_first_hits_agree_with_marching(seed):
     random = np.random.default_rng(seed)
@@ -255,7 +256,8 @@ def is_sliver(design, poses, origin, direction, hit: float) -> bool:
     for name, values in near.items():
         if name.startswith("solid") and values.any():
             return True
-        if name.startswith("face") and (values[:-1] * values[1:] < 0.0).any():
+        # The sample at the hit itself may lie on the face to the last digit.
+        if name.startswith("face") and (values[:-1] * values[1:] <= 0.0).any():
             return True
     return False
 
