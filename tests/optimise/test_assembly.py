@@ -29,6 +29,7 @@ from designer.optics.clearance import (
     solid_rows,
     solid_separation,
 )
+from designer.optics.layout import Layout, Leg
 from designer.optimise.assembly import VARIABLES, assemble, enclosing
 from designer.optimise.rules import Rules, rule_values
 from designer.optimise.screening import Problem, physical_values, scaled_values
@@ -78,6 +79,29 @@ def symbolic(problem: Problem) -> casadi.Function:
     )
 
 
+def end_ray(leg: Leg, number: int) -> np.ndarray:
+    """Start and end (R, z) of one of the two end rays of a leg of one design."""
+    return np.array([[float(np.ravel(length)[0]) for length in end.points[number]] for end in (leg.start, leg.end)])
+
+
+def normals_that_face_away(layout: Layout) -> np.ndarray:
+    """Of the normals left and right of the inner, then of the outer end ray, which have the other ray behind them.
+
+    Shape (4, pairs), for a layout of one design.
+    """
+    facing = []
+    for leg, _ in pair_up(layout).leg_solid:
+        inner, outer = (end_ray(layout.legs[leg], number) for number in (0, 1))
+        sides = []
+        for own, other in ((inner, outer), (outer, inner)):
+            along = (own[1] - own[0]) / np.linalg.norm(own[1] - own[0])
+            # How far the other ray's start and end lie to the left of this one.
+            left = along[0] * (other[:, 1] - own[0, 1]) - along[1] * (other[:, 0] - own[0, 0])
+            sides += [left.max() < 1e-9, left.min() > -1e-9]
+        facing.append(sides)
+    return np.array(facing).T
+
+
 @pytest.mark.parametrize("variant", VARIANTS, ids=variant_name)
 def test_symbols_and_arrays_give_the_same_numbers(variant):
     problem, values = coherent_problem(variant)
@@ -98,7 +122,14 @@ def test_symbols_and_arrays_give_the_same_numbers(variant):
         assert found == pytest.approx(expected_bodies[:, :, 0], rel=1e-9, abs=1e-7)
         strict = expected_light[:, :, 0]
         defined = strict > NOT_APART_MM / 2
+        # Symbols take an end ray for the leg's extent along its normal: right only where the other ray lies behind.
+        faces_away = normals_that_face_away(assembly.layout)
+        defined[: len(faces_away)] &= faces_away
         assert light.T[defined] == pytest.approx(strict[defined], rel=1e-9, abs=1e-7)
+        # Of an end ray's two normals one faces away; the other one never seems nearer than the whole leg is.
+        assert (faces_away[0::2] ^ faces_away[1::2]).all()
+        turned = strict[: len(faces_away)] - light.T[: len(faces_away)]
+        assert turned.max() <= 1e-7 + 1e-9 * np.abs(strict[: len(faces_away)]).max()
         # A leg's end that is a point has no normal: to NumPy it is not apart, to symbols it touches.
         assert light.T[strict < NOT_APART_MM / 2].max(initial=0.0) < 1e-7
 
