@@ -219,9 +219,9 @@ def solid_rows(solids: Sequence[Solid]) -> SolidRows:
 def leg_separation(legs: LegRows, solids: SolidRows, direction: int) -> Scalar:
     """Separation of each row's leg and solid along one of ``LEG_DIRECTIONS``; negative when they overlap."""
     normal = _leg_direction(legs, solids, direction)
-    # Of an end ray's two normals one has the other ray behind it, and the ray itself is then the leg's extent. Along the
-    # other one this claims too much room; :func:`separations`, which judges, does not. The whole extent here would cost
-    # the solver a third of its time and changes no result.
+    # Of an end ray's two normals one has the other ray behind it, and the ray itself is then the leg's extent. Along
+    # the other this claims too much room; :func:`separations`, which judges, does not. The whole extent here would
+    # cost the solver a third of its time and changes no result.
     farthest = _dot(normal, legs.start_points[direction // 2]) if direction < 4 else legs.extent(normal)
     return -solids.extent((-normal[0], -normal[1])) - farthest
 
