@@ -86,9 +86,7 @@ def study(
     from designer.study.run import run_study
 
     with show_progress(quiet=quiet) as progress:
-        run_study(
-            asked, folder, jobs=jobs or cores(), only=asked.solve.configurations if only else (), progress=progress
-        )
+        run_study(asked, folder, jobs=jobs or cores(), progress=progress)
     _check_best(folder, checks, jobs or cores(), quiet)
     if not no_pdf and not quiet:
         click.echo("Typesetting study.pdf ...", err=True)

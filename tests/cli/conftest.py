@@ -29,13 +29,12 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
         out_dir: Path,
         *,
         jobs: int,
-        only: tuple[str, ...],
         progress: Callable[[Progress], None] | None,
     ) -> None:
         seen.requirements.append(requirement)
         seen.folders.append(out_dir)
         seen.jobs.append(jobs)
-        seen.only.append(only)
+        seen.only.append(requirement.solve.configurations)
         (out_dir / "designs.csv").write_text(seen.designs, encoding="utf-8")
         if progress:
             progress(Progress(1, 2, "direct-HyHy-upper_outer", "infeasible", 0, 1.5, 1.5))

@@ -78,7 +78,7 @@ def test_a_study_goes_to_reports_and_ends_with_the_ranking(asked: Path, calls: C
     result = run("study", asked)
     assert result.exit_code == 0
     assert calls.folders == calls.reports == [Path("reports/my")]
-    assert calls.only == [()]
+    assert calls.only == [("*",)]
     assert calls.jobs[0] >= 1
     assert calls.requirements == [read_requirement(asked)]
     table = result.stdout.splitlines()
