@@ -14,14 +14,14 @@ import numpy as np
 import pandas as pd
 
 from designer.design import Design, read_design
-from designer.imaging.detector import Detector, expose
-from designer.imaging.experiment import METHODS, compare, noise_gain, sampling_methods
-from designer.imaging.render import render
-from designer.imaging.scenes.library import build_world
-from designer.imaging.sensor import build_sensor
-from designer.imaging.textures import TEXTURE_KINDS
-from designer.report.figures.equalisation import draw_rejections
-from designer.report.figures.style import report_style, svg_bytes
+from designer.evaluation.figures.equalisation import draw_rejections
+from designer.evaluation.figures.style import report_style, svg_bytes
+from designer.imaging.endtoend.equalisation_experiment import METHODS, compare, noise_gain, sampling_methods
+from designer.imaging.render.detector import Detector, expose
+from designer.imaging.render.raytracing import render
+from designer.imaging.render.scenes.library import build_world
+from designer.imaging.render.textures import TEXTURE_KINDS
+from designer.imaging.stereo.rig import build_rig
 
 DESIGN = Path(__file__).parents[1] / "tests" / "data" / "folded_hypl_hy.json"
 RESULTS = Path(__file__).parent / "results"
@@ -33,9 +33,9 @@ DETECTORS = {
 
 def measure(design: Design, texture: str, seeds: int, samples: int) -> pd.DataFrame:
     """One row for each seed and detector: the percentage of pixels rejected, for each way of sampling."""
-    methods = sampling_methods(build_sensor(design, equalise=True))
-    for method, sensor in methods.items():
-        print(f"{method}: noise gain {noise_gain(sensor):.3f}, sigma {sensor.sigma_px or 0.0:.3f} px", flush=True)
+    methods = sampling_methods(build_rig(design, equalise=True))
+    for method, rig in methods.items():
+        print(f"{method}: noise gain {noise_gain(rig):.3f}, sigma {rig.sigma_px or 0.0:.3f} px", flush=True)
     rows = []
     for seed in range(seeds):
         radiance = render(design, build_world("office", design, texture, seed), samples=samples)

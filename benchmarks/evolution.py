@@ -14,8 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, differential_evolution
 
-from designer.optimise.assembly import VARIABLES
-from designer.optimise.screening import Check, Problem, assemble_enclosed, check, draw, physical_values, scaled_values
+from designer.optimise.screening import (
+    Evaluation,
+    Problem,
+    assemble_enclosed,
+    check,
+    draw,
+    physical_values,
+    scaled_values,
+)
+from designer.optimise.system import VARIABLES
 
 Array = NDArray[np.float64]
 
@@ -52,7 +60,9 @@ def evolve(problem: Problem, goal: str, seconds: float, seed: int) -> Best:
     """Run differential evolution, restarted when it stalls, until the processor time is used up."""
     random = np.random.default_rng(seed)
     best = Best()
-    chosen = [index for index, name in enumerate(VARIABLES) if not problem.box[name].is_fixed and name not in ENCLOSING]
+    chosen = [
+        index for index, name in enumerate(VARIABLES) if not problem.bounds[name].is_fixed and name not in ENCLOSING
+    ]
     end = time.process_time() + seconds
     while time.process_time() < end:
         _run(problem, goal, chosen, STRATEGIES[best.restarts % len(STRATEGIES)], random, end, best)
@@ -60,21 +70,21 @@ def evolve(problem: Problem, goal: str, seconds: float, seed: int) -> Best:
     return best
 
 
-def evaluate(problem: Problem, scaled: Array) -> tuple[dict[str, Array], Check]:
+def evaluate(problem: Problem, scaled: Array) -> tuple[dict[str, Array], Evaluation]:
     """Goals and every constraint of designs in the unit box, (variables, n), in NumPy; enclosed as the mirrors are."""
     with np.errstate(all="ignore"):
-        _, assembly = assemble_enclosed(problem, physical_values(problem, scaled))
-        report = check(problem, assembly)
-    shape = report.largest_violations.shape
-    goals = {"depth_error": assembly.depth_error, "height": assembly.height, "diameter": assembly.diameter}
-    return {name: np.broadcast_to(value, shape) for name, value in goals.items()}, report
+        _, system = assemble_enclosed(problem, physical_values(problem, scaled))
+        evaluation = check(problem, system)
+    shape = evaluation.largest_violations.shape
+    goals = {"depth_error": system.depth_error, "height": system.height, "diameter": system.diameter}
+    return {name: np.broadcast_to(value, shape) for name, value in goals.items()}, evaluation
 
 
 def merits(problem: Problem, goal: str, scaled: Array) -> Array:
     """What is minimised, (n,): the goal where all is kept, else the floor plus the sum of the scaled violations."""
-    goals, report = evaluate(problem, scaled)
-    total = np.clip(report.violations.sum(axis=0), 0.0, PENALTY_CEILING)
-    kept = report.largest_violations <= TOLERANCE
+    goals, evaluation = evaluate(problem, scaled)
+    total = np.clip(evaluation.violations.sum(axis=0), 0.0, PENALTY_CEILING)
+    kept = evaluation.largest_violations <= TOLERANCE
     return np.where(kept, goals[goal], PENALTY_FLOOR + total)
 
 

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.design import read_design
-from designer.imaging.matching import MatchingOptions
-from designer.imaging.panorama import Image
-from designer.imaging.sensor import Sensor, build_sensor, match_image
+from designer.imaging.stereo.matching import MatchingOptions
+from designer.imaging.stereo.panorama import Image
+from designer.imaging.stereo.rig import StereoRig, build_rig, match_image
 
 DESIGN = Path(__file__).parents[1] / "tests" / "data" / "folded_hypl_hy.json"
 ELEVATION_DEG = (-16.0, 16.0)
@@ -28,14 +28,14 @@ TARGET_FPS, TARGET_FPS_EQUALISED, TARGET_RATIO = 25.0, 5.0, 1.1
 WINDOW = 9
 
 
-def textured_wall(sensor: Sensor, distance_mm: float = 1900.0) -> Image:
+def textured_wall(rig: StereoRig, distance_mm: float = 1900.0) -> Image:
     """A raw image of a round wall with a smoothed random texture, by the gain law."""
-    camera = sensor.design.camera
+    camera = rig.design.camera
     noise = np.random.default_rng(0).integers(0, 256, (1000, 3600)).astype(np.uint8)
     texture = cv2.normalize(cv2.GaussianBlur(noise, (0, 0), 2.0), None, 0, 255, cv2.NORM_MINMAX)
     v, u = np.mgrid[0 : camera.height_px, 0 : camera.width_px]
     raw = np.zeros(u.shape, np.uint8)
-    for image in sensor.images.values():
+    for image in rig.images.values():
         slope, azimuth = image.direction_of(u, v)
         height = (image.viewpoint_mm + distance_mm * slope) / distance_mm
         columns, rows = (azimuth + np.pi) / (2 * np.pi) * 3600, 500 - height * 3600 / (2 * np.pi)
@@ -47,24 +47,24 @@ def textured_wall(sensor: Sensor, distance_mm: float = 1900.0) -> Image:
     return raw
 
 
-def direct_opencv(sensor: Sensor, padded: bool) -> Callable[[Image], NDArray[np.float32]]:
+def direct_opencv(rig: StereoRig, padded: bool) -> Callable[[Image], NDArray[np.float32]]:
     """The same steps with OpenCV's own functions: remap, block matching both ways, comparison, depth.
 
     Unpadded, the block matcher gives nothing within the search range of the border.
     """
-    grid = sensor.grid
+    grid = rig.grid
     rows, columns = np.arange(grid.rows), np.arange(grid.columns)
     maps = []
-    for name, image in sensor.images.items():
+    for name, image in rig.images.items():
         u, v = image.pixel_of(grid.slope(name, rows)[:, None], grid.azimuth(columns)[None])
         maps.append((u.astype(np.float32), v.astype(np.float32)))
-    count = -(-len(sensor.search.spans) // 16) * 16
+    count = -(-len(rig.search.spans) // 16) * 16
     matcher = cv2.StereoBM.create(count, WINDOW)
-    matcher.setMinDisparity(sensor.search.lowest)
+    matcher.setMinDisparity(rig.search.lowest)
     matcher.setTextureThreshold(0)
     slope_upper = grid.slope("upper", rows).astype(np.float32)
     elevations_lower = (grid.top("lower") - (rows + 0.5) * grid.step).astype(np.float32)
-    beside = count + abs(sensor.search.lowest) + WINDOW if padded else 0
+    beside = count + abs(rig.search.lowest) + WINDOW if padded else 0
     around = WINDOW if padded else 0
 
     def scan_lines(raw: Image, maps_of_view: tuple[NDArray[np.float32], NDArray[np.float32]]) -> Image:
@@ -84,8 +84,8 @@ def direct_opencv(sensor: Sensor, padded: bool) -> Callable[[Image], NDArray[np.
         agrees = np.abs(np.take_along_axis(backward, matched, axis=1) - forward) <= 16
         disparity = forward.astype(np.float32) / np.float32(16.0)
         slope_lower = np.tan(elevations_lower + np.float32(grid.step) * disparity)
-        depth = np.float32(sensor.design.baseline_mm) / (slope_lower - slope_upper)
-        return np.where(agrees & (forward >= 16 * sensor.search.lowest), depth, np.float32(np.nan))
+        depth = np.float32(rig.design.baseline_mm) / (slope_lower - slope_upper)
+        return np.where(agrees & (forward >= 16 * rig.search.lowest), depth, np.float32(np.nan))
 
     return run
 
@@ -114,9 +114,9 @@ def main() -> None:
     options = MatchingOptions(threads=2, window=WINDOW)
     cv2.setNumThreads(2)
     started = time.perf_counter()
-    plain = build_sensor(design, elevation_deg=ELEVATION_DEG)
+    plain = build_rig(design, elevation_deg=ELEVATION_DEG)
     built = time.perf_counter() - started
-    equalised = build_sensor(design, elevation_deg=ELEVATION_DEG, equalise=True)
+    equalised = build_rig(design, elevation_deg=ELEVATION_DEG, equalise=True)
     raw = textured_wall(plain)
     lossy, padded = direct_opencv(plain, padded=False), direct_opencv(plain, padded=True)
     # Without the checks that the direct version does not make either.

@@ -19,10 +19,10 @@ from scipy.optimize import minimize
 
 from designer.optics.clearance import pair_up, separations
 from designer.optimise import program as programs
-from designer.optimise.assembly import VARIABLES, assemble
-from designer.optimise.menu import FAR, Menu, Separators
 from designer.optimise.program import GOALS, Program
 from designer.optimise.screening import Problem, physical_values
+from designer.optimise.separating_directions import FAR, Menu, Separators
+from designer.optimise.system import VARIABLES, assemble
 
 Array = NDArray[np.float64]
 
@@ -142,26 +142,26 @@ def _plain(instance: Instance) -> Values:
     """Objective and constraints as NumPy evaluates them, in the program's order."""
     problem, menu, choice = instance.problem, instance.menu, instance.separators
     parameters = instance.arguments["p"]
-    first = len(programs.RULE_NAMES) + 2 * len(VARIABLES)
+    first = len(programs.SPECIFICATION_NAMES) + 2 * len(VARIABLES)
     weights = parameters[first : first + len(GOALS) + 1]
     scales = parameters[first + len(GOALS) + 1 : first + 2 * len(GOALS) + 1]
     near = [bool(directions) for directions in (*menu.legs, *menu.solids)]
-    free = [not problem.box[name].is_fixed for name in VARIABLES]
+    free = [not problem.bounds[name].is_fixed for name in VARIABLES]
 
     def values(x: Array) -> tuple[float, Array]:
         slack = x[-1]
         scaled = np.zeros(len(VARIABLES))
         scaled[free] = x[:-1]
         physical = physical_values(problem, scaled[:, None])
-        assembly = assemble(problem.variant, physical, problem.rules, problem.fixed_values)
-        residuals = [np.ravel(item.value)[0] / item.scale for item in assembly.constraints]
-        light, bodies = separations(assembly.layout, pair_up(assembly.layout))
+        system = assemble(problem.variant, physical, problem.specification, problem.fixed_values)
+        residuals = [np.ravel(item.value)[0] / item.scale for item in system.constraints]
+        light, bodies = separations(system.layout, pair_up(system.layout))
         spare = [
-            1.0 if direction == FAR else along[direction, row, 0] - problem.rules.clearance
+            1.0 if direction == FAR else along[direction, row, 0] - problem.specification.clearance
             for directions, along in ((choice.legs, light), (choice.solids, bodies))
             for row, direction in enumerate(directions)
         ]
-        goals = np.array([np.ravel(getattr(assembly, name))[0] for name in GOALS]) / scales
+        goals = np.array([np.ravel(getattr(system, name))[0] for name in GOALS]) / scales
         rows = [np.array(residuals) + slack, np.array(spare)[near] + slack, goals]
         return float(weights @ np.append(goals, slack)), np.concatenate(rows)
 

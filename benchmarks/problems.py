@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from designer.configurations import Configuration
-from designer.optimise.box import Ranges, box_of
+from designer.optimise.bounds import Ranges, bounds_of
 from designer.optimise.program import forget_programs
-from designer.optimise.rules import rules_of
 from designer.optimise.screening import Problem
 from designer.optimise.search import SearchResult, fixed_parameters, search
+from designer.optimise.specification import specification_of
 from designer.optimise.variants import enumerate_variants
 from designer.requirement import Requirement, read_requirement
 
@@ -60,7 +60,7 @@ def problems_of(requirement: Requirement, configuration: Configuration) -> Itera
     """One problem for each lens and variant, impossible or not: no rule has a say here."""
     fixed = tuple(sorted(fixed_parameters(requirement).items()))
     for lens in requirement.camera.lenses:
-        rules = rules_of(requirement, lens)
+        specification = specification_of(requirement, lens)
         ranges = Ranges(requirement.baseline_range_mm, lens.principal_distances_mm)
         for variant in enumerate_variants(configuration):
-            yield Problem(variant, rules, box_of(variant, rules, ranges), fixed)
+            yield Problem(variant, specification, bounds_of(variant, specification, ranges), fixed)

@@ -26,15 +26,10 @@ from numpy.typing import NDArray
 
 from benchmarks.problems import RESULTS, ROOT
 from designer.design import Design, Mirror
-from designer.verify.compiled import trace_many
-from designer.verify.tracer import (
-    Scene,
-    SequentialTrace,
-    build_scene,
-    compare_with_path,
-    trace_first_hits,
-    trace_sequential,
-)
+from designer.trace.compiled import trace_many
+from designer.trace.first_hit import compare_with_path, trace_first_hits
+from designer.trace.instrument import Instrument, build_instrument
+from designer.trace.sequential import SequentialTrace, trace_sequential
 
 DESIGNS = ROOT / "tests" / "data" / "studied_designs.json"
 # Plane and convex hyperboloid (the paper's prototype), two convex hyperboloids, concave and convex ellipsoid.
@@ -52,7 +47,7 @@ class Prescription:
     """The folded view of a design, for both tracers; optiland's system with and without apertures."""
 
     configuration: str
-    scene: Scene
+    instrument: Instrument
     path: tuple[int, ...]
     theirs: dict[bool, Any]
 
@@ -96,12 +91,12 @@ def optiland_hits(system: Any) -> list[Array]:
 
 
 def prescription_of(design: Design) -> Prescription:
-    scene = build_scene(design)
+    instrument = build_instrument(design)
     names = design.views.lower.path
     by_name = {mirror.name: mirror for mirror in design.mirrors}
     mirrors = [by_name[name] for name in names]
     theirs = {apertures: optiland_system(mirrors, apertures) for apertures in (True, False)}
-    return Prescription(design.configuration, scene, tuple(scene.path(names)), theirs)
+    return Prescription(design.configuration, instrument, tuple(instrument.path(names)), theirs)
 
 
 def common_rays(design: Design, prescription: Prescription, number: int) -> tuple[Array, int, int]:
@@ -118,7 +113,7 @@ def common_rays(design: Design, prescription: Prescription, number: int) -> tupl
         azimuth = random.uniform(-np.pi, np.pi, number)
         image = np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), np.full(number, camera.focal_length_mm)])
         directions = (image / np.linalg.norm(image, axis=0)).T
-        ours = trace_sequential(prescription.scene, prescription.path, directions).missed < 0
+        ours = trace_sequential(prescription.instrument, prescription.path, directions).missed < 0
         rays = optiland_rays(directions)
         prescription.theirs[True].surfaces.trace(rays, skip=1)
         theirs = np.isfinite(rays.x) & (rays.i > 0.0)
@@ -133,7 +128,7 @@ def largest_differences(prescription: Prescription, directions: Array) -> tuple[
     system, rays = prescription.theirs[True], optiland_rays(directions)
     system.surfaces.trace(rays, skip=1)
     exits = np.stack([rays.L, rays.M, rays.N], axis=-1)
-    both = [trace(prescription.scene, prescription.path, directions) for trace in (trace_sequential, trace_many)]
+    both = [trace(prescription.instrument, prescription.path, directions) for trace in (trace_sequential, trace_many)]
     points = max(
         float(np.linalg.norm(hit - their_hit, axis=1).max())
         for ours in both
@@ -163,13 +158,13 @@ def processor_seconds(runs: dict[str, Callable[[], Callable[[], object]]], repea
 
 def measure(prescription: Prescription, directions: Array, repeats: int) -> dict[str, float]:
     """Median processor time in seconds of every contestant on the same rays."""
-    scene, path = prescription.scene, prescription.path
+    instrument, path = prescription.instrument, prescription.path
 
     def ours(apertures: bool) -> Callable[[], SequentialTrace]:
-        return lambda: trace_sequential(scene, path, directions, apertures=apertures)
+        return lambda: trace_sequential(instrument, path, directions, apertures=apertures)
 
     def compiled(apertures: bool) -> Callable[[], SequentialTrace]:
-        return lambda: trace_many(scene, path, directions, apertures=apertures)
+        return lambda: trace_many(instrument, path, directions, apertures=apertures)
 
     def theirs(apertures: bool) -> Callable[[], object]:
         rays = optiland_rays(directions)
@@ -186,16 +181,18 @@ def measure(prescription: Prescription, directions: Array, repeats: int) -> dict
     seconds = processor_seconds(runs, repeats)
     if len(directions) <= MOST_FULL_RAYS:
         full = {
-            "designer, obstruction too": lambda: lambda: compare_with_path(trace_first_hits(scene, directions), path)
+            "designer, obstruction too": lambda: (
+                lambda: compare_with_path(trace_first_hits(instrument, directions), path)
+            )
         }
         seconds |= processor_seconds(full, repeats)
     return seconds
 
 
-def report(design: Design, numbers: tuple[int, ...], repeats: int) -> list[str]:
+def evaluation(design: Design, numbers: tuple[int, ...], repeats: int) -> list[str]:
     """What one design's folded view gives, as lines."""
     prescription = prescription_of(design)
-    mirrors = [prescription.scene.mirrors[face] for face in prescription.path]
+    mirrors = [prescription.instrument.mirrors[face] for face in prescription.path]
     kinds = {mirror.name: mirror.kind for mirror in design.mirrors}
     lines = [f"{design.configuration}: " + ", ".join(f"{name} {kinds[name]}" for name in mirrors)]
     for number in numbers:
@@ -239,7 +236,7 @@ def main(numbers: tuple[int, ...], repeats: int, results: Path) -> None:
     ]
     designs = {record["configuration"]: record for record in json.loads(DESIGNS.read_text(encoding="utf-8"))}
     for configuration in CONFIGURATIONS:
-        lines += ["", *report(Design.model_validate(designs[configuration]), numbers, repeats)]
+        lines += ["", *evaluation(Design.model_validate(designs[configuration]), numbers, repeats)]
     click.echo("\n".join(lines))
     results.parent.mkdir(parents=True, exist_ok=True)
     results.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from designer.design import Design
-    from designer.imaging.check import Check
-    from designer.imaging.reconstruction import PointCloud
-    from designer.study.compare import Comparison
-    from designer.verify.tracer import SequentialTrace
+    from designer.imaging.endtoend.check import EndToEndCheck
+    from designer.imaging.stereo.reconstruction import PointCloud
+    from designer.study.compare import StudyComparison
+    from designer.trace.sequential import SequentialTrace
     from designer.verify.verdict import Verdict
 
 # A length off by so much moves the points of a ray by less than a nanometre.
@@ -120,7 +120,7 @@ class SweepResult:
         from designer.files import InputError
 
         try:
-            from designer.report.sweep_explorer import draw_explorer
+            from designer.report.figures.sweep_explorer import draw_explorer
         except ModuleNotFoundError as error:
             if error.name is None or error.name.partition(".")[0] != "plotly":
                 raise
@@ -232,7 +232,8 @@ def trace_rays(design: Design, view: Literal["upper", "lower"], directions: Arra
     import numpy as np
 
     from designer.files import InputError
-    from designer.verify.tracer import build_scene, trace_sequential
+    from designer.trace.instrument import build_instrument
+    from designer.trace.sequential import trace_sequential
 
     if view not in {"upper", "lower"}:
         raise InputError(f"view = {view!r}: must be upper or lower")
@@ -241,16 +242,16 @@ def trace_rays(design: Design, view: Literal["upper", "lower"], directions: Arra
         raise InputError(f"directions: must have shape (n, 3), not {directions.shape}")
     if not np.allclose(np.linalg.norm(directions, axis=1), 1.0, rtol=0.0, atol=UNIT_WITHIN):
         raise InputError("directions: must be unit vectors")
-    scene = build_scene(design)
-    path = scene.path(getattr(design.views, view).path)
+    instrument = build_instrument(design)
+    path = instrument.path(getattr(design.views, view).path)
     if find_spec("numba") is None:
-        return trace_sequential(scene, path, directions)
-    from designer.verify.compiled import trace_many
+        return trace_sequential(instrument, path, directions)
+    from designer.trace.compiled import trace_many
 
-    return trace_many(scene, path, directions)
+    return trace_many(instrument, path, directions)
 
 
-def check(design: Design, scene: str = "auto", seed: int = 0) -> Check:
+def check(design: Design, scene: str = "auto", seed: int = 0) -> EndToEndCheck:
     """A design tried end to end: a scene rendered, turned into panoramas, matched, and held against the truth.
 
     Parameters
@@ -260,19 +261,19 @@ def check(design: Design, scene: str = "auto", seed: int = 0) -> Check:
     seed
         Of textures and noise.
     """
-    from designer.imaging.check import check_design
+    from designer.imaging.endtoend.check import check_design
 
     return check_design(design, scene, seed=seed)
 
 
-def point_cloud(found: Check) -> PointCloud:
+def point_cloud(found: EndToEndCheck) -> PointCloud:
     """The points that a check reconstructed, in the frame of the pinhole, each with its standard deviations."""
-    from designer.imaging.sensor import point_cloud as cloud_of
+    from designer.imaging.stereo.rig import point_cloud as cloud_of
 
-    return cloud_of(found.sensor, found.raw, found.matches)
+    return cloud_of(found.rig, found.raw, found.matches)
 
 
-def compare(first: str | Path, second: str | Path) -> Comparison:
+def compare(first: str | Path, second: str | Path) -> StudyComparison:
     """Two folders of studies or sweeps side by side."""
     from designer.study.compare import compare as compare_folders
 

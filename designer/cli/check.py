@@ -52,9 +52,9 @@ def check(
 
     from dataclasses import replace
 
-    from designer.imaging.check import check_design, describe_check, summarise_check
-    from designer.imaging.detector import Detector
-    from designer.imaging.matching import ACCURATE_OPTIONS
+    from designer.imaging.endtoend.check import check_design, describe_check, summarise_check
+    from designer.imaging.render.detector import Detector
+    from designer.imaging.stereo.matching import ACCURATE_OPTIONS
 
     result = check_design(
         record,

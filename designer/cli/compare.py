@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from designer.study.compare import Comparison
+    from designer.study.compare import StudyComparison
 
 SHOWN = 20
 
@@ -24,7 +24,7 @@ def compare(first: Path, second: Path) -> None:
     click.echo("\n\n".join(filter(None, (_asked(found), _winners(found), _statuses(found), _scores(found)))))
 
 
-def _asked(found: Comparison) -> str:
+def _asked(found: StudyComparison) -> str:
     from designer.cli.table import format_table
 
     if not found.asked:
@@ -33,7 +33,7 @@ def _asked(found: Comparison) -> str:
     return "What is asked:\n" + format_table(("key", "A", "B"), rows)
 
 
-def _winners(found: Comparison) -> str:
+def _winners(found: StudyComparison) -> str:
     from designer.cli.table import format_table
 
     changed = found.changed_winners
@@ -55,7 +55,7 @@ def _winners(found: Comparison) -> str:
     return text + ("\n" + format_table(header, rows) if rows else "")
 
 
-def _statuses(found: Comparison) -> str:
+def _statuses(found: StudyComparison) -> str:
     changed = found.changed_statuses
     if changed.empty:
         return ""
@@ -65,7 +65,7 @@ def _statuses(found: Comparison) -> str:
     return f"Feasible in A only: {lost}; in B only: {len(changed) - lost}. By configuration:\n{lines}"
 
 
-def _scores(found: Comparison) -> str:
+def _scores(found: StudyComparison) -> str:
     from designer.cli.table import format_table
 
     both = found.configurations.dropna(subset=["depth_error_rms_change"])

@@ -41,7 +41,7 @@ def evaluate(design: Path, as_json: bool) -> None:
     from designer.design import read_design
 
     record = read_design(design)
-    from designer.evaluate.summary import evaluate_design
+    from designer.evaluate.score import evaluate_design
     from designer.verify.record import record_problems
     from designer.verify.traced_views import as_traced
     from designer.verify.verdict import describe, judge

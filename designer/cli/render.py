@@ -63,11 +63,11 @@ def render(
         raise InputError(f"{truth}: must end in .npz")
     record = read_design(design)
 
-    from designer.imaging.detector import Detector, expose
     from designer.imaging.files import write_image, write_truth
-    from designer.imaging.render import ground_truth
-    from designer.imaging.render import render as render_image
-    from designer.imaging.scenes.library import build_world
+    from designer.imaging.render.detector import Detector, expose
+    from designer.imaging.render.raytracing import ground_truth
+    from designer.imaging.render.raytracing import render as render_image
+    from designer.imaging.render.scenes.library import build_world
 
     world = build_world(scene, record, texture, seed, sensor_height_mm)
     image = render_image(record, world, samples=samples, aperture=aperture, seed=seed)

@@ -11,7 +11,7 @@ from designer.files import InputError
 
 if TYPE_CHECKING:
     from designer.design import Design
-    from designer.imaging.camera import ImagePlacement
+    from designer.imaging.stereo.placement import ImagePlacement
 
 # Nothing nearer or farther than these stands around any sensor; far beyond, numbers overflow.
 NEAREST_MM, FARTHEST_MM = 1.0, 1e9
@@ -43,13 +43,13 @@ def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
     _check(asked)
     record = read_design(design)
     from designer.imaging.files import read_raw_image
-    from designer.imaging.results import StereoRequest, process, write_results
+    from designer.imaging.stereo.results import StereoRequest, process, write_results
 
     image = read_raw_image(raw, record.camera)
     placement = _placement(record, asked)
     if asked["find_center"]:
-        from designer.imaging.centring import find_centre
-        from designer.imaging.sensor import in_grey
+        from designer.imaging.stereo.centring import find_centre
+        from designer.imaging.stereo.rig import in_grey
 
         placement = find_centre(record, in_grey(image), placement, distances_mm=asked["distance_mm"])
         click.echo("center: {:.2f} {:.2f}".format(*placement.center_px))
@@ -78,7 +78,7 @@ def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
 def _placement(design: Design, asked: dict[str, Any]) -> ImagePlacement:
     from math import radians
 
-    from designer.imaging.camera import ImagePlacement
+    from designer.imaging.stereo.placement import ImagePlacement
 
     centre = asked["center"] or design.camera.principal_point_px
     return ImagePlacement(centre, radians(asked["rotation_deg"]), asked["scale"])

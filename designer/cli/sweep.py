@@ -60,7 +60,7 @@ def sweep(
 
 def _typeset(folder: Path) -> Path | None:
     """The report; None if nothing is feasible."""
-    from designer.report.sweep import write_sweep_pdf
+    from designer.report.content.sweep import write_sweep_pdf
     from designer.study.sweep.export import read_sweep_results
 
     has_designs = (read_sweep_results(folder)["status"] == "feasible").any()

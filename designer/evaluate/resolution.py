@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from designer.design import Design, View
 from designer.evaluate.depth import slopes_of_point, stereo_pair_of, volume_grid, volume_of
-from designer.evaluate.mirrors import surface_of
+from designer.evaluate.fabrication import surface_of
 from designer.optics.view import elevation_tangent, image_half_tangent, image_radius, image_radius_slope
 
 ViewName = Literal["upper", "lower"]

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from designer.design import Camera
 from designer.files import InputError, write_atomically
-from designer.imaging.panorama import Image
-from designer.imaging.reconstruction import PointCloud
-from designer.imaging.render import GroundTruth
+from designer.imaging.render.raytracing import GroundTruth
+from designer.imaging.stereo.panorama import Image
+from designer.imaging.stereo.reconstruction import PointCloud
 
 LARGEST_BYTES = 500_000_000
 

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.files import InputError
-from designer.optimise.descent import Candidate
-from designer.optimise.menu import Menu
-from designer.optimise.program import Goal, problem_parameters, solve_for_multipliers
+from designer.optimise.multistart import Candidate
+from designer.optimise.program import Target, problem_parameters, solve_for_multipliers
 from designer.optimise.search import problem_of
+from designer.optimise.separating_directions import Menu
 from designer.requirement import Requirement, set_key
 
 # Share of a key's value by which it is moved to see which parameters follow it; they follow smoothly.
@@ -63,7 +63,7 @@ def first_stage_multipliers(
     -------
     None if the solver does not confirm the optimum. A negative value says that more of it lowers the objective.
     """
-    goal = Goal(requirement.objective.minimise)
+    goal = Target(requirement.objective.minimise)
     problem = first.problem
     outcome = solve_for_multipliers(
         problem, Menu.of([first.separators]), first.separators, first.scaled, goal, first.scales

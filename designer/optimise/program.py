@@ -27,11 +27,11 @@ from designer.optics.clearance import (
     solid_rows,
     solid_separation,
 )
-from designer.optimise.assembly import VARIABLES, Assembly, assemble
-from designer.optimise.box import is_logarithmic, physical
-from designer.optimise.menu import Menu, Separators
-from designer.optimise.rules import RULE_NAMES, Rules, rule_values
+from designer.optimise.bounds import is_logarithmic, physical
 from designer.optimise.screening import Problem
+from designer.optimise.separating_directions import Menu, Separators
+from designer.optimise.specification import SPECIFICATION_NAMES, Specification, specification_values
+from designer.optimise.system import VARIABLES, System, assemble
 from designer.optimise.variants import Variant
 
 SOLVED = "solved"
@@ -82,15 +82,15 @@ _ENDS = {"Solve_Succeeded": SOLVED, "Search_Direction_Becomes_Too_Small": STALLE
 
 
 @dataclass(frozen=True, slots=True)
-class Goal:
+class Target:
     """What to minimise, and how large the other goals may become; in the goals' own units, each with its scale."""
 
     minimise: str
-    bounds: tuple[tuple[str, float], ...] = ()
+    at_most: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class SolverResult:
     """What the solver says of one run, before anyone has checked it.
 
     ``slopes`` are the derivatives of the least objective by the program's parameters, from the multipliers.
@@ -131,11 +131,11 @@ class _Symbols:
     """
 
     scaled: Any
-    rules: Rules
+    specification: Specification
     parameters: Any
     weights: Any
     scales: Any
-    assembly: Assembly
+    system: System
     pairs: Pairs
     legs: LegRows
     solids: SolidRows
@@ -148,32 +148,32 @@ def _build_symbols(variant: Variant, fixed: tuple[tuple[str, float], ...], free:
     scaled = casadi.SX.sym("scaled", len(free))
     # A variable without a choice is its lower end, a parameter: no derivatives by it are ever needed.
     position = {name: scaled[i] for i, name in enumerate(free)}
-    numbers = casadi.SX.sym("rules", len(RULE_NAMES))
+    numbers = casadi.SX.sym("rules", len(SPECIFICATION_NAMES))
     low, high = casadi.SX.sym("low", len(VARIABLES)), casadi.SX.sym("high", len(VARIABLES))
     weights, scales = casadi.SX.sym("weights", len(GOALS) + 1), casadi.SX.sym("scales", len(GOALS))
-    rules = Rules(*(numbers[i] for i in range(len(RULE_NAMES))))
+    specification = Specification(*(numbers[i] for i in range(len(SPECIFICATION_NAMES))))
     values = {
         name: physical(variant, name, position.get(name, 0.0), low[i], high[i], is_logarithmic(variant, name))
         for i, name in enumerate(VARIABLES)
     }
-    assembly = assemble(variant, values, rules, dict(fixed))
+    system = assemble(variant, values, specification, dict(fixed))
     parameters = casadi.vertcat(numbers, low, high, weights, scales)
-    pairs = pair_up(assembly.layout)
-    legs, solids = leg_rows(assembly.layout.legs), solid_rows(assembly.layout.solids)
-    return _Symbols(scaled, rules, parameters, weights, scales, assembly, pairs, legs, solids, {}, {})
+    pairs = pair_up(system.layout)
+    legs, solids = leg_rows(system.layout.legs), solid_rows(system.layout.solids)
+    return _Symbols(scaled, specification, parameters, weights, scales, system, pairs, legs, solids, {}, {})
 
 
 @lru_cache(maxsize=512)
 def build_program(variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], menu: Menu) -> Program:
     """Build the program of a variant, with the given variables free, for one menu of separators."""
     symbols = _build_symbols(variant, fixed, free)
-    assembly = symbols.assembly
+    system = symbols.system
     slack = casadi.SX.sym("slack")
-    equal = np.array([constraint.equality for constraint in assembly.constraints])
-    residuals = casadi.vertcat(*(constraint.value / constraint.scale for constraint in assembly.constraints))
+    equal = np.array([constraint.equality for constraint in system.constraints])
+    residuals = casadi.vertcat(*(constraint.value / constraint.scale for constraint in system.constraints))
     chosen = casadi.SX.sym("chosen", sum(map(len, (*menu.legs, *menu.solids))))
     clear = _clearance_rows(symbols, menu, chosen)
-    goals = casadi.vertcat(assembly.depth_error, assembly.height, assembly.diameter, assembly.volume) / symbols.scales
+    goals = casadi.vertcat(system.depth_error, system.height, system.diameter, system.volume) / symbols.scales
     twins = residuals[np.flatnonzero(equal).tolist()] - slack if equal.any() else casadi.SX(0, 1)
     constraints = casadi.vertcat(residuals + slack, clear + slack, twins, goals)
     objective = casadi.dot(symbols.weights, casadi.vertcat(goals, slack))
@@ -198,7 +198,7 @@ def forget_programs() -> None:
 def _clearance_rows(symbols: _Symbols, menu: Menu, chosen: Any) -> Any:
     """What every pair on the menu has to spare along its chosen direction, as a column; one if none is chosen."""
     pairs, legs, solids = symbols.pairs, symbols.legs, symbols.solids
-    clearance = symbols.rules.clearance
+    clearance = symbols.specification.clearance
     of_legs, of_solids = menu.groups
     count = sum(len(rows) for _, rows in of_legs)
 
@@ -243,9 +243,9 @@ def solve(
     menu: Menu,
     separators: Separators,
     start: NDArray[np.float64],
-    goal: Goal,
+    goal: Target,
     scales: Sequence[float],
-) -> Outcome:
+) -> SolverResult:
     """Minimise a goal from a start in the unit box, with every constraint kept."""
     return _run(problem, menu, separators, start, goal, scales, None, _solve_program)
 
@@ -255,9 +255,9 @@ def solve_for_multipliers(
     menu: Menu,
     separators: Separators,
     start: NDArray[np.float64],
-    goal: Goal,
+    goal: Target,
     scales: Sequence[float],
-) -> Outcome:
+) -> SolverResult:
     """Minimise a goal from its minimum, where the usual solver may stall, by one whose multipliers converge too."""
 
     def interior_point(program: Program, arguments: dict[str, NDArray[np.float64]]) -> tuple[Any, dict[str, Any]]:
@@ -273,15 +273,15 @@ def reduce_violation(
     start: NDArray[np.float64],
     scales: Sequence[float],
     violation: float,
-) -> Outcome:
+) -> SolverResult:
     """Find the point of least largest scaled violation near a start that violates by ``violation``."""
-    return _run(problem, menu, separators, start, Goal("violation"), scales, violation, _solve_program)
+    return _run(problem, menu, separators, start, Target("violation"), scales, violation, _solve_program)
 
 
 def problem_parameters(problem: Problem) -> NDArray[np.float64]:
     """The parameters of a program that come from the requirement: its numbers, then the ends of the box."""
-    ends = np.array([problem.box[name].scaled_ends for name in VARIABLES])
-    return np.concatenate([rule_values(problem.rules), ends[:, 0], ends[:, 1]])
+    ends = np.array([problem.bounds[name].scaled_ends for name in VARIABLES])
+    return np.concatenate([specification_values(problem.specification), ends[:, 0], ends[:, 1]])
 
 
 def _run(
@@ -289,13 +289,13 @@ def _run(
     menu: Menu,
     separators: Separators,
     start: NDArray[np.float64],
-    goal: Goal,
+    goal: Target,
     scales: Sequence[float],
     violation: float | None,
     solver: Callable[[Program, dict[str, NDArray[np.float64]]], tuple[Any, dict[str, Any]]],
-) -> Outcome:
+) -> SolverResult:
     elastic = violation is not None
-    free = [not problem.box[name].is_fixed for name in VARIABLES]
+    free = [not problem.bounds[name].is_fixed for name in VARIABLES]
     names = tuple(name for name, is_free in zip(VARIABLES, free, strict=True) if is_free)
     program = build_program(problem.variant, problem.fixed, names, menu)
     weights = np.array([1.0 if name == goal.minimise else 0.0 for name in GOALS] + [1.0 if elastic else 0.0])
@@ -309,7 +309,7 @@ def _run(
     if not elastic:
         upper[:count][program.equalities] = 0.0
     lower[-len(GOALS) :] = -np.inf
-    for name, bound in goal.bounds:
+    for name, bound in goal.at_most:
         index = GOALS.index(name)
         upper[program.rows - len(GOALS) + index] = bound / scales[index]
     x0 = np.append(np.clip(start[free], 0.0, 1.0), violation or 0.0)
@@ -325,7 +325,7 @@ def _run(
     point = np.asarray(result["x"]).ravel()
     scaled = np.zeros(len(VARIABLES))
     scaled[free] = point[:-1]
-    return Outcome(
+    return SolverResult(
         scaled,
         float(point[-1]),
         float(result["f"]),

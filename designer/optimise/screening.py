@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.optics.clearance import Pairs, pair_up, separations
-from designer.optimise.assembly import VARIABLES, Assembly, assemble, enclosing
-from designer.optimise.box import Box, limits_at, physical
-from designer.optimise.rules import Rules
+from designer.optimise.bounds import Bounds, limits_at, physical
+from designer.optimise.specification import Specification
+from designer.optimise.system import VARIABLES, System, assemble, enclosing
 from designer.optimise.variants import Variant
 
 Array = NDArray[np.float64]
@@ -30,8 +30,8 @@ class Problem:
     """One variant of a configuration under one requirement and lens: all that the optimiser needs to know."""
 
     variant: Variant
-    rules: Rules
-    box: Box
+    specification: Specification
+    bounds: Bounds
     fixed: tuple[tuple[str, float], ...]
 
     @property
@@ -41,7 +41,7 @@ class Problem:
 
 
 @dataclass(frozen=True, slots=True)
-class Check:
+class Evaluation:
     """Independent evaluation of designs in NumPy; arrays of shape (..., n) for n designs.
 
     ``amounts`` are what constraints have to spare in their own ``units``, negative where they fail; ``violations`` are
@@ -62,7 +62,7 @@ class Check:
         """Largest scaled violation of each design."""
         return np.asarray(self.violations.max(axis=0))
 
-    def of_design(self, index: int) -> Check:
+    def of_design(self, index: int) -> Evaluation:
         """The check of one design: arrays of shape (..., 1)."""
         one = slice(index, index + 1)
         return replace(
@@ -83,7 +83,7 @@ def physical_values(problem: Problem, scaled: Array) -> dict[str, Array]:
     """Physical variables of designs in the unit box; ``scaled`` has shape (variables, ...)."""
     values = {}
     for name, row in zip(VARIABLES, scaled, strict=True):
-        interval = problem.box[name]
+        interval = problem.bounds[name]
         low, high = interval.scaled_ends
         values[name] = np.asarray(physical(problem.variant, name, row, low, high, interval.logarithmic))
     return values
@@ -93,7 +93,7 @@ def scaled_values(problem: Problem, values: Mapping[str, Array]) -> Array:
     """Inverse of :func:`physical_values`; a variable whose range is a point is 0."""
     rows = []
     for name in VARIABLES:
-        interval = problem.box[name]
+        interval = problem.bounds[name]
         low, high = interval.scaled_ends
         value = np.asarray(values[name], dtype=float)
         if high == low:
@@ -106,27 +106,27 @@ def scaled_values(problem: Problem, values: Mapping[str, Array]) -> Array:
     return np.stack(np.broadcast_arrays(*rows))
 
 
-def assemble_enclosed(problem: Problem, values: dict[str, Array]) -> tuple[dict[str, Array], Assembly]:
+def assemble_enclosed(problem: Problem, values: dict[str, Array]) -> tuple[dict[str, Array], System]:
     """Set top, bottom and radius to what the mirrors need, and put the designs together."""
-    enclosed = values | enclosing(problem.variant, values, problem.rules)
-    return enclosed, assemble(problem.variant, enclosed, problem.rules, problem.fixed_values)
+    enclosed = values | enclosing(problem.variant, values, problem.specification)
+    return enclosed, assemble(problem.variant, enclosed, problem.specification, problem.fixed_values)
 
 
-def check(problem: Problem, assembly: Assembly, pairs: Pairs | None = None) -> Check:
+def check(problem: Problem, system: System, pairs: Pairs | None = None) -> Evaluation:
     """Evaluate every constraint and every clearance of designs, none left to the solver's word."""
-    pairs = pairs or pair_up(assembly.layout)
-    light, bodies = separations(assembly.layout, pairs)
+    pairs = pairs or pair_up(system.layout)
+    light, bodies = separations(system.layout, pairs)
     clearances = np.concatenate([light.max(axis=0), bodies.max(axis=0)])
-    scalar = constraint_violations(assembly)
-    spare = clearances - problem.rules.clearance
+    scalar = constraint_violations(system)
+    spare = clearances - problem.specification.clearance
     shape = np.broadcast_shapes(scalar.shape[1:], spare.shape[1:])
     violations = np.concatenate(
         [np.broadcast_to(scalar, (len(scalar), *shape)), np.broadcast_to(np.maximum(-spare, 0.0), (len(spare), *shape))]
     )
-    amounts = [np.broadcast_to(np.asarray(item.value, dtype=float), shape) for item in assembly.constraints]
-    return Check(
-        tuple(item.name for item in assembly.constraints) + pairs.names,
-        tuple(item.unit for item in assembly.constraints) + ("mm",) * len(pairs.names),
+    amounts = [np.broadcast_to(np.asarray(item.value, dtype=float), shape) for item in system.constraints]
+    return Evaluation(
+        tuple(item.name for item in system.constraints) + pairs.names,
+        tuple(item.unit for item in system.constraints) + ("mm",) * len(pairs.names),
         np.concatenate([np.stack(amounts), np.broadcast_to(spare, (len(spare), *shape))]),
         np.where(np.isfinite(violations), violations, np.inf),
         light,
@@ -134,10 +134,10 @@ def check(problem: Problem, assembly: Assembly, pairs: Pairs | None = None) -> C
     )
 
 
-def constraint_violations(assembly: Assembly) -> Array:
+def constraint_violations(system: System) -> Array:
     """Scaled violation of every constraint but the clearances, shape (constraints, ...)."""
     rows = []
-    for constraint in assembly.constraints:
+    for constraint in system.constraints:
         value = np.asarray(constraint.value, dtype=float) / constraint.scale
         violation = np.abs(value) if constraint.equality else np.maximum(-value, 0.0)
         rows.append(np.where(np.isfinite(violation), violation, np.inf))
@@ -150,7 +150,7 @@ def draw(
     """Random designs: free variables uniform in the box, gains by their share of what the image zones can hold."""
     scaled = random.random((len(VARIABLES), count))
     values = physical_values(problem, scaled)
-    limits = limits_at(problem.variant, problem.rules, values["baseline"], values["principal_distance"])
+    limits = limits_at(problem.variant, problem.specification, values["baseline"], values["principal_distance"])
     outer = "upper" if problem.variant.configuration.topology == "upper_outer" else "lower"
     inner = "lower" if outer == "upper" else "upper"
     outer_share = least_gain_share ** (random.random(count) ** 2)
@@ -170,28 +170,28 @@ def screen(
     """
     with np.errstate(all="ignore"):
         values = draw(problem, DESIGNS_PER_START * starts, random, least_gain_share)
-        values, assembly = assemble_enclosed(problem, values)
-        merit = constraint_violations(assembly).max(axis=0)
-        kept = _in_turns(merit, arrangements(problem, values, assembly))[: CLEARANCES_PER_START * starts]
+        values, system = assemble_enclosed(problem, values)
+        merit = constraint_violations(system).max(axis=0)
+        kept = _in_turns(merit, arrangements(problem, values, system))[: CLEARANCES_PER_START * starts]
         values = {name: np.broadcast_to(value, merit.shape)[kept] for name, value in values.items()}
-        values, assembly = assemble_enclosed(problem, values)
-        violation = check(problem, assembly).largest_violations
-        order = _in_turns(violation, arrangements(problem, values, assembly))
+        values, system = assemble_enclosed(problem, values)
+        violation = check(problem, system).largest_violations
+        order = _in_turns(violation, arrangements(problem, values, system))
     return _apart(scaled_values(problem, values)[:, order], starts)
 
 
-def arrangements(problem: Problem, values: Mapping[str, Array], assembly: Assembly) -> NDArray[np.intp]:
+def arrangements(problem: Problem, values: Mapping[str, Array], system: System) -> NDArray[np.intp]:
     """A number for each design that tells how its mirrors are arranged along the axis.
 
     It says in which order mirrors and lens front follow, and in which half of its range the lower viewpoint lies.
     """
-    heights = [mirror.rim_heights[0] for mirror in assembly.layout.mirrors]
+    heights = [mirror.rim_heights[0] for mirror in system.layout.mirrors]
     if len(heights) == 3:
         secondary, primary, direct = heights
-        order = (direct > secondary) + 2 * (primary > problem.rules.lens_front)
+        order = (direct > secondary) + 2 * (primary > problem.specification.lens_front)
     else:
         order = heights[1] > heights[0]
-    lower = problem.box["lower_viewpoint"]
+    lower = problem.bounds["lower_viewpoint"]
     return np.asarray(order + 4 * (values["lower_viewpoint"] > (lower.low + lower.high) / 2.0)).astype(np.intp)
 
 

@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.configurations import Configuration
-from designer.optimise.box import SMALLEST_GAIN_SHARE, Ranges, box_of, limit_of
-from designer.optimise.descent import (
+from designer.optimise.bounds import SMALLEST_GAIN_SHARE, Ranges, bounds_of, limit_of
+from designer.optimise.impossibility import why_fixed_conflicts, why_impossible
+from designer.optimise.multistart import (
     WORTH_ANOTHER_HOP,
     Candidate,
     Task,
@@ -32,16 +33,15 @@ from designer.optimise.descent import (
     start_around,
     start_at,
 )
-from designer.optimise.feasibility import why_fixed_conflicts, why_impossible
-from designer.optimise.menu import Separators
-from designer.optimise.program import SOLVED, STALLED, Goal
-from designer.optimise.rules import rules_of
+from designer.optimise.program import SOLVED, STALLED, Target
 from designer.optimise.screening import (
     LARGE_GAIN_SHARE,
     Problem,
     scaled_values,
     screen,
 )
+from designer.optimise.separating_directions import Separators
+from designer.optimise.specification import specification_of
 from designer.optimise.variants import Variant, enumerate_variants
 from designer.requirement import Lens, Requirement
 
@@ -67,7 +67,7 @@ class Shortfall:
 
 
 @dataclass(frozen=True, slots=True)
-class Trail:
+class WarmStart:
     """Where the search of one lens and variant ended: enough for a neighbouring requirement to start from.
 
     ``first`` holds the physical variables of the best first-stage design, or of the nearest miss; ``second`` those of
@@ -99,7 +99,7 @@ class SearchResult:
     best: Candidate | None = None
     shortfall: Shortfall | None = None
     statuses: dict[str, int] = field(default_factory=dict)
-    trails: tuple[Trail, ...] = ()
+    trails: tuple[WarmStart, ...] = ()
 
     @property
     def solves(self) -> int:
@@ -111,7 +111,7 @@ class SearchResult:
         """The closed-form least depth error at the first-stage design's own baseline and principal distance."""
         assert self.first is not None
         problem, values = self.first.problem, self.first.values
-        return float(limit_of(problem.variant, problem.rules, values["baseline"], values["principal_distance"]))
+        return float(limit_of(problem.variant, problem.specification, values["baseline"], values["principal_distance"]))
 
 
 def fixed_parameters(requirement: Requirement) -> dict[str, float]:
@@ -123,7 +123,7 @@ def fixed_parameters(requirement: Requirement) -> dict[str, float]:
     return given
 
 
-def search(requirement: Requirement, configuration: Configuration, parent: Sequence[Trail] = ()) -> SearchResult:
+def search(requirement: Requirement, configuration: Configuration, parent: Sequence[WarmStart] = ()) -> SearchResult:
     """Find the best design of one configuration, or say why there is none.
 
     With the trails of a neighbouring requirement, each variant starts from where it ended there, and from screened
@@ -140,7 +140,7 @@ def search(requirement: Requirement, configuration: Configuration, parent: Seque
         enumerate(requirement.camera.lenses), enumerate(enumerate_variants(configuration))
     ):
         ranges = Ranges(requirement.baseline_range_mm, lens.principal_distances_mm)
-        reason = why_impossible(variant, rules_of(requirement, lens), ranges)
+        reason = why_impossible(variant, specification_of(requirement, lens), ranges)
         if reason is not None:
             reasons.append(reason)
             continue
@@ -156,13 +156,15 @@ def search(requirement: Requirement, configuration: Configuration, parent: Seque
 
 def problem_of(requirement: Requirement, lens: Lens, variant: Variant) -> Problem:
     """A variant under a requirement with one of its lenses."""
-    rules = rules_of(requirement, lens)
+    specification = specification_of(requirement, lens)
     ranges = Ranges(requirement.baseline_range_mm, lens.principal_distances_mm)
     fixed = tuple(sorted(fixed_parameters(requirement).items()))
-    return Problem(variant, rules, box_of(variant, rules, ranges), fixed)
+    return Problem(variant, specification, bounds_of(variant, specification, ranges), fixed)
 
 
-def recall(requirement: Requirement, configuration: Configuration, trail: Trail) -> tuple[Candidate, Candidate | None]:
+def recall(
+    requirement: Requirement, configuration: Configuration, trail: WarmStart
+) -> tuple[Candidate, Candidate | None]:
     """The first-stage and the second-stage design of a trail, checked anew under the requirement it belongs to."""
     lens = requirement.camera.lenses[trail.lens]
     task = _task(requirement, lens, enumerate_variants(configuration)[trail.variant])
@@ -187,13 +189,13 @@ class _Branch:
     designs: list[Candidate] = field(default_factory=list)
     miss: Candidate | None = None
     smallest: Candidate | None = None
-    known: Trail | None = None
+    known: WarmStart | None = None
 
-    def trail(self, goal: str) -> Trail:
+    def trail(self, goal: str) -> WarmStart:
         """What a neighbour needs to go on from here."""
         first = min(self.designs, key=lambda design: design.goals[goal]) if self.designs else self.miss
         assert first is not None
-        return Trail(
+        return WarmStart(
             self.lens,
             self.variant,
             bool(self.designs),
@@ -206,16 +208,16 @@ class _Branch:
 
 def _goal_scales(problem: Problem) -> tuple[float, ...]:
     """A typical size of each goal, so that the solver sees numbers near one."""
-    rules = problem.rules
-    middle = {name: (interval.low + interval.high) / 2.0 for name, interval in problem.box.items()}
-    depth_error = float(limit_of(problem.variant, rules, middle["baseline"], middle["principal_distance"]))
-    height, diameter = rules.envelope_height, rules.envelope_diameter
+    specification = problem.specification
+    middle = {name: (interval.low + interval.high) / 2.0 for name, interval in problem.bounds.items()}
+    depth_error = float(limit_of(problem.variant, specification, middle["baseline"], middle["principal_distance"]))
+    height, diameter = specification.envelope_height, specification.envelope_diameter
     return (depth_error if depth_error > 0.0 else 0.01, height, diameter, math.pi / 4.0 * diameter**2 * height)
 
 
-def _first_stage(requirement: Requirement, branch: _Branch, trail: Trail | None) -> None:
+def _first_stage(requirement: Requirement, branch: _Branch, trail: WarmStart | None) -> None:
     """Solve for the first objective from every start."""
-    task, goal = branch.task, Goal(requirement.objective.minimise)
+    task, goal = branch.task, Target(requirement.objective.minimise)
     reached: list[Candidate] = []
     few, many = requirement.solve.starts, MORE_STARTS_IF_INFEASIBLE * requirement.solve.starts
     rounds = [(few, LARGE_GAIN_SHARE), (many, SMALLEST_GAIN_SHARE)]
@@ -256,12 +258,14 @@ def _first_stage(requirement: Requirement, branch: _Branch, trail: Trail | None)
         branch.miss = min(reached, key=lambda candidate: candidate.violation)
 
 
-def _is_proven_least(design: Candidate, goal: Goal) -> bool:
+def _is_proven_least(design: Candidate, goal: Target) -> bool:
     """Whether a design reaches the closed-form limit, and nothing that it depends on could be chosen otherwise."""
     problem, values = design.problem, design.values
-    if goal.minimise != "depth_error" or not all(problem.box[n].is_fixed for n in ("baseline", "principal_distance")):
+    if goal.minimise != "depth_error" or not all(
+        problem.bounds[n].is_fixed for n in ("baseline", "principal_distance")
+    ):
         return False
-    limit = float(limit_of(problem.variant, problem.rules, values["baseline"], values["principal_distance"]))
+    limit = float(limit_of(problem.variant, problem.specification, values["baseline"], values["principal_distance"]))
     return design.goals["depth_error"] <= limit * (1.0 + WORTH_ANOTHER_HOP)
 
 
@@ -282,7 +286,7 @@ def _second_stage(requirement: Requirement, configuration: Configuration, branch
     every = [design for branch in branches for design in branch.designs]
     first = min(every, key=lambda design: design.goals[first_goal])
     bound = first.goals[first_goal] * (1.0 + requirement.objective.tolerance)
-    goal = Goal(second_goal, ((first_goal, bound),))
+    goal = Target(second_goal, ((first_goal, bound),))
     improved: list[Candidate] = []
     for branch in branches:
         branch.smallest = _follow_second(branch, goal) or _improve_second(branch, goal)
@@ -295,7 +299,7 @@ def _second_stage(requirement: Requirement, configuration: Configuration, branch
     )
 
 
-def _follow_second(branch: _Branch, goal: Goal) -> Candidate | None:
+def _follow_second(branch: _Branch, goal: Target) -> Candidate | None:
     """The second-stage design from that of the neighbour; None if there was none or it leads nowhere."""
     trail = branch.known
     if trail is None or trail.second is None or trail.second_separators is None:
@@ -303,7 +307,7 @@ def _follow_second(branch: _Branch, goal: Goal) -> Candidate | None:
     return follow(branch.task, _moved(branch.task, trail.second), trail.second_separators, goal)
 
 
-def _improve_second(branch: _Branch, goal: Goal) -> Candidate | None:
+def _improve_second(branch: _Branch, goal: Target) -> Candidate | None:
     """The second-stage design from those of the first that keep the goal's bounds; None if none does."""
     near = [design for design in branch.designs if design.keeps(goal)]
     if not near:
@@ -337,8 +341,11 @@ def _infeasible(configuration: Configuration, branches: list[_Branch]) -> Search
 
 def _shortfalls(miss: Candidate) -> list[Shortfall]:
     """The constraints that fail most, by name: several tie where the largest violation is least, in no fixed order."""
-    report, variant = miss.report, miss.problem.variant.label
-    failing = np.flatnonzero(report.violations[:, 0] >= (1.0 - TIED) * report.violations[:, 0].max())
+    evaluation, variant = miss.evaluation, miss.problem.variant.label
+    failing = np.flatnonzero(evaluation.violations[:, 0] >= (1.0 - TIED) * evaluation.violations[:, 0].max())
     # A constraint on both ends of a zone has one name for the two.
-    amounts = {report.names[index]: (abs(float(report.amounts[index, 0])), report.units[index]) for index in failing}
+    amounts = {
+        evaluation.names[index]: (abs(float(evaluation.amounts[index, 0])), evaluation.units[index])
+        for index in failing
+    }
     return [Shortfall(name, *amounts[name], miss.violation, variant) for name in sorted(amounts)]

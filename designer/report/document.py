@@ -8,7 +8,9 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from designer.files import write_atomically
-from designer.report.check_section import figure_name
+from designer.report.content.check_section import figure_name
+from designer.report.content.legible import legible_source
+from designer.report.content.sections import Illustrations
 from designer.report.figures.check import draw_check_errors, draw_check_maps, draw_floor_plan, raw_svg
 from designer.report.figures.cross_section import draw_cross_section
 from designer.report.figures.depth_error import draw_depth_error
@@ -17,11 +19,9 @@ from designer.report.figures.image_layout import draw_image_layout
 from designer.report.figures.resolution import draw_resolution
 from designer.report.figures.style import report_style, svg_bytes
 from designer.report.figures.trade import draw_fronts, draw_trade
-from designer.report.folder import StudyFolder, read_folder
-from designer.report.legible import legible_source
-from designer.report.sections import Illustrations
-from designer.report.typesetting.pdf import typeset
+from designer.report.typst.pdf import typeset
 from designer.study.outputs import FIGURES, PDF, report_figures
+from designer.study.results import StudyFolder, read_folder
 
 PANEL_MM = (82.0, 52.0)
 """Width and height of a panel on a design's page."""

@@ -1,6 +1,6 @@
 """The best designs of a finished study checked end to end: the ``checks/`` folder beside the study's tables.
 
-``checks/<configuration>/`` holds what :mod:`designer.imaging.check_files` writes; where the check itself broke down,
+``checks/<configuration>/`` holds what :mod:`designer.imaging.endtoend.files` writes; where the check itself broke down,
 only ``unchecked.json``: the configuration and the reason.
 """
 
@@ -97,8 +97,8 @@ def best_designs(folder: Path, count: int) -> list[Design]:
 
 def _check_and_write(design: Design, folder: Path, seed: int) -> tuple[bool, float]:
     # Imported where it runs, so that a study without checks needs no imaging.
-    from designer.imaging.check import check_design
-    from designer.imaging.check_files import write_check
+    from designer.imaging.endtoend.check import check_design
+    from designer.imaging.endtoend.files import write_check
 
     started = time.perf_counter()
     check = check_design(design, seed=seed)
@@ -107,7 +107,7 @@ def _check_and_write(design: Design, folder: Path, seed: int) -> tuple[bool, flo
 
 
 def _write_unchecked(design: Design, problem: str, folder: Path) -> None:
-    from designer.imaging.check_files import fingerprint
+    from designer.imaging.endtoend.files import fingerprint
 
     content = {"configuration": design.configuration, "reason": problem, "design_sha256": fingerprint(design)}
     write_atomically(folder / UNCHECKED, json.dumps(content, indent=2) + "\n")

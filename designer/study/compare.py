@@ -19,7 +19,7 @@ SCORES = ("depth_error_rms", "limit_ratio", "baseline_mm", "height_mm", "diamete
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class StudyComparison:
     """What differs between two results.
 
     Attributes
@@ -49,7 +49,7 @@ class Comparison:
         return self.configurations[feasible["status_a"] != feasible["status_b"]]
 
 
-def compare(first: Path, second: Path) -> Comparison:
+def compare(first: Path, second: Path) -> StudyComparison:
     """Compare two folders, both of studies or both of sweeps.
 
     Sweeps are compared where they asked the same of the same axes.
@@ -68,7 +68,7 @@ def compare(first: Path, second: Path) -> Comparison:
     flat_a, flat_b = _flat(asked_a), _flat(asked_b)
     keys = [key for key in {**flat_a, **flat_b} if key not in NOT_ASKED and key not in swept]
     changes = tuple((key, flat_a.get(key), flat_b.get(key)) for key in keys if flat_a.get(key) != flat_b.get(key))
-    return Comparison(
+    return StudyComparison(
         changes,
         _joined(table_a[table_a["rank"] == 1], table_b[table_b["rank"] == 1], axes, ["configuration", *SCORES]),
         _joined(table_a, table_b, [*axes, "configuration"], ["status", "rank", *SCORES]),

@@ -16,7 +16,7 @@ import pandas as pd
 from designer import __version__
 from designer.design import write_design
 from designer.files import write_atomically
-from designer.optimise.front import FrontPoint
+from designer.optimise.pareto_fronts import ParetoPoint
 from designer.optimise.program import SOLVERS
 from designer.requirement import Requirement, requirement_to_toml
 from designer.study.outputs import remove_report
@@ -41,7 +41,7 @@ _PACKAGES = ("numpy", "scipy", "casadi", "pydantic", "pandas", "matplotlib", "ty
 def write_folder(
     requirement: Requirement,
     results: Sequence[ConfigurationResult],
-    fronts: Sequence[tuple[str, FrontPoint]],
+    fronts: Sequence[tuple[str, ParetoPoint]],
     elapsed_seconds: float,
     folder: Path,
 ) -> None:
@@ -91,7 +91,7 @@ def table(results: Sequence[ConfigurationResult]) -> pd.DataFrame:
     return frame.astype({name: "Int64" for name in ("rank", "starts", "solves") if name in frame})
 
 
-def front_table(fronts: Sequence[tuple[str, FrontPoint]]) -> pd.DataFrame:
+def front_table(fronts: Sequence[tuple[str, ParetoPoint]]) -> pd.DataFrame:
     """One row for each point of the fronts."""
     rows = [
         {

@@ -11,12 +11,12 @@ import numpy as np
 from designer.configurations import Configuration, MirrorKind
 from designer.design import Camera, Design, Mirror, View, Views, WorkingVolume
 from designer.evaluate.depth import Volume
+from designer.evaluate.fabrication import mirror_shape
 from designer.evaluate.limit import ImageBounds, arrangement_of, least_limit_over
-from designer.evaluate.mirrors import mirror_shape
-from designer.evaluate.summary import evaluate_design
+from designer.evaluate.score import evaluate_design
 from designer.optics.layout import Layout, PlacedMirror
 from designer.optics.view import elevation_tangents_of_views
-from designer.optimise.descent import Candidate
+from designer.optimise.multistart import Candidate
 from designer.optimise.search import SearchResult
 from designer.requirement import GOAL_COLUMNS, Lens, Requirement
 
@@ -130,10 +130,10 @@ def _mirror(mirror: PlacedMirror, kind: MirrorKind, requirement: Requirement) ->
 
 
 def _views(candidate: Candidate) -> Views:
-    variant, values, rules = candidate.problem.variant, candidate.values, candidate.problem.rules
+    variant, values, specification = candidate.problem.variant, candidate.values, candidate.problem.specification
     upper, lower = elevation_tangents_of_views(
-        (math.tan(rules.elevation_low), math.tan(rules.elevation_high)),
-        (rules.distance_near, rules.distance_far),
+        (math.tan(specification.elevation_low), math.tan(specification.elevation_high)),
+        (specification.distance_near, specification.distance_far),
         values["baseline"],
     )
     outer = "upper" if variant.configuration.topology == "upper_outer" else "lower"
@@ -160,9 +160,9 @@ def _score(requirement: Requirement, result: SearchResult, record: Design) -> di
     assert result.best is not None
     assert result.first is not None
     best, first = result.best, result.first
-    clearances = best.report.clearances[:, 0]
+    clearances = best.evaluation.clearances[:, 0]
     tightest = int(clearances.argmin())
-    names = best.report.names[-len(clearances) :]
+    names = best.evaluation.names[-len(clearances) :]
     shapes = [mirror_shape(record, mirror.name) for mirror in record.mirrors]
     return {
         **evaluate_design(record),

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from designer.optimise.front import FrontPoint
+from designer.optimise.pareto_fronts import ParetoPoint
 from designer.requirement import Requirement
 from designer.study.folder import write_folder
 from designer.study.progress import Progress
@@ -26,7 +26,7 @@ class Study:
 
     requirement: Requirement
     results: tuple[ConfigurationResult, ...]
-    fronts: tuple[tuple[str, FrontPoint], ...]
+    fronts: tuple[tuple[str, ParetoPoint], ...]
     elapsed_seconds: float
 
     @property
@@ -107,11 +107,11 @@ def _solve_each(
 
 def _trace_fronts(
     processes: Processes, ranked: list[ConfigurationResult]
-) -> tuple[list[ConfigurationResult], list[tuple[str, FrontPoint]]]:
+) -> tuple[list[ConfigurationResult], list[tuple[str, ParetoPoint]]]:
     """The fronts of the best designs, in their order, and the results; one without its front says why."""
     ranked = list(ranked)
     best = [place for place, result in enumerate(ranked) if result.first is not None][:DESIGNS_WITH_FRONTS]
-    fronts: dict[int, list[FrontPoint]] = {}
+    fronts: dict[int, list[ParetoPoint]] = {}
     for index, future in run_each(processes, front_of, [(ranked[place].first,) for place in best]):
         place = best[index]
         try:

@@ -9,8 +9,8 @@ from typing import Any
 
 from designer.configurations import Configuration
 from designer.design import Design
-from designer.optimise.descent import Candidate
-from designer.optimise.front import FrontPoint, trace_front
+from designer.optimise.multistart import Candidate
+from designer.optimise.pareto_fronts import ParetoPoint, trace_pareto_front
 from designer.optimise.program import forget_programs
 from designer.optimise.search import SearchResult, search
 from designer.requirement import Requirement
@@ -86,9 +86,9 @@ def why_broken_down(error: Exception) -> str:
     return " ".join(f"{type(error).__name__}: {error} ({where.name}, line {where.lineno})".split())
 
 
-def front_of(first: Candidate) -> list[FrontPoint]:
+def front_of(first: Candidate) -> list[ParetoPoint]:
     """The front of depth error against height and diameter for one design, whatever the first objective."""
-    return trace_front(first, FRONT_SIZES, FRONT_POINTS)
+    return trace_pareto_front(first, FRONT_SIZES, FRONT_POINTS)
 
 
 def _details(result: SearchResult, design: Design) -> dict[str, Any]:

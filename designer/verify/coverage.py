@@ -12,15 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from designer.design import Interval
-from designer.verify.surfaces import Array, Indices, Scene
-from designer.verify.tracer import (
-    Status,
-    compare_with_path,
-    elevation_angles,
-    pinhole_directions,
-    trace_first_hits,
-    trace_sequential,
-)
+from designer.trace.bundles import elevation_angles, pinhole_directions
+from designer.trace.conics import Array
+from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
+from designer.trace.instrument import Indices, Instrument
+from designer.trace.sequential import trace_sequential
 
 # Any azimuth would do, since the surfaces are round; a crooked one exercises all three coordinates.
 SCAN_AZIMUTH = 0.3
@@ -37,7 +33,7 @@ class Run:
     """Neighbouring pinhole angles with one fate.
 
     ``is_seen`` is true inside the image circle only. A blocked run has the ``leg`` on which and the ``element``
-    (row of ``scene.elements``) by which it is blocked, else -1.
+    (row of ``instrument.elements``) by which it is blocked, else -1.
     """
 
     psi: Interval
@@ -59,19 +55,21 @@ class ImageZone:
     is_blocked: bool
 
 
-def find_runs(scene: Scene, path: Sequence[int], psi: Array, psi_circle: float) -> list[Run]:
+def find_runs(instrument: Instrument, path: Sequence[int], psi: Array, psi_circle: float) -> list[Run]:
     """Runs of pinhole angles that the apertures of a path let through, edges to better than 1e-10 degrees.
 
     ``psi`` (n,) are rising sample angles; runs narrower than their spacing can go unnoticed.
     """
 
     def label(angles: Array) -> Indices:
-        return _label(scene, path, angles, psi_circle)
+        return _label(instrument, path, angles, psi_circle)
 
     starts, ends, fates = _split(label, psi, EDGE_WIDTH_RAD)
     kept = fates != _CUT
-    elevations = np.degrees(_free_elevations(scene, path, np.stack([starts[kept], ends[kept]]).ravel())).reshape(2, -1)
-    count = len(scene.elements)
+    elevations = np.degrees(_free_elevations(instrument, path, np.stack([starts[kept], ends[kept]]).ravel())).reshape(
+        2, -1
+    )
+    count = len(instrument.elements)
     runs = []
     for start, end, fate, elevation in zip(starts[kept], ends[kept], fates[kept], elevations.T, strict=True):
         blocked = int(fate) - _FIRST_BLOCKED
@@ -87,24 +85,24 @@ def find_runs(scene: Scene, path: Sequence[int], psi: Array, psi_circle: float) 
     return runs
 
 
-def map_image(scene: Scene, psi: Array) -> list[ImageZone]:
+def map_image(instrument: Instrument, psi: Array) -> list[ImageZone]:
     """What the camera sees, from the image centre outwards, whatever the views intend; ``psi`` (n,) as above.
 
     Edges to 1e-7 rad; slivers beside an edge are found, others narrower than the samples can go unnoticed.
     """
-    base = len(scene.elements) + 2
+    base = len(instrument.elements) + 2
 
     def label(angles: Array) -> Indices:
-        trace = trace_first_hits(scene, pinhole_directions(angles, SCAN_AZIMUTH))
+        trace = trace_first_hits(instrument, pinhole_directions(angles, SCAN_AZIMUTH))
         digits = np.concatenate([trace.sequence, trace.element[:, None]], axis=1) + 1
         return np.asarray(digits @ base ** np.arange(digits.shape[1]))
 
     starts, ends, _ = _split(label, psi, 1e-7)
-    trace = trace_first_hits(scene, pinhole_directions(starts, SCAN_AZIMUTH))
+    trace = trace_first_hits(instrument, pinhole_directions(starts, SCAN_AZIMUTH))
     zones = []
     for start, end, sequence, element in zip(starts, ends, trace.sequence, trace.element, strict=True):
-        met = [scene.elements[mirror] for mirror in sequence if mirror >= 0]
-        last = "world" if element < 0 else scene.elements[element]
+        met = [instrument.elements[mirror] for mirror in sequence if mirror >= 0]
+        last = "world" if element < 0 else instrument.elements[element]
         psi_deg = (float(np.degrees(start)), float(np.degrees(end)))
         zones.append(ImageZone(psi_deg, (*met, last), bool(element >= 0)))
     return zones
@@ -155,12 +153,12 @@ def _first_changes(
     return low, high, after
 
 
-def _label(scene: Scene, path: Sequence[int], psi: Array, psi_circle: float) -> Indices:
+def _label(instrument: Instrument, path: Sequence[int], psi: Array, psi_circle: float) -> Indices:
     directions = pinhole_directions(psi, SCAN_AZIMUTH)
-    let_through = trace_sequential(scene, path, directions).missed < 0
+    let_through = trace_sequential(instrument, path, directions).missed < 0
     labels = np.full(psi.size, _CUT, dtype=np.intp)
-    report = compare_with_path(trace_first_hits(scene, directions[let_through]), path)
-    blocked = _FIRST_BLOCKED + report.leg * len(scene.elements) + report.element
+    report = compare_with_path(trace_first_hits(instrument, directions[let_through]), path)
+    blocked = _FIRST_BLOCKED + report.leg * len(instrument.elements) + report.element
     seen = np.where(psi[let_through] <= psi_circle, _SEEN, _OUTSIDE)
     labels[let_through] = np.select(
         [report.status == Status.OK, report.status == Status.BLOCKED], [seen, blocked], _CUT
@@ -168,13 +166,19 @@ def _label(scene: Scene, path: Sequence[int], psi: Array, psi_circle: float) -> 
     return labels
 
 
-def _free_elevations(scene: Scene, path: Sequence[int], psi: Array) -> Array:
-    trace = trace_sequential(scene, path, pinhole_directions(psi, SCAN_AZIMUTH), apertures=False)
+def _free_elevations(instrument: Instrument, path: Sequence[int], psi: Array) -> Array:
+    trace = trace_sequential(instrument, path, pinhole_directions(psi, SCAN_AZIMUTH), apertures=False)
     return elevation_angles(trace.direction)
 
 
 def single_viewpoint_residuals(
-    scene: Scene, path: Sequence[int], viewpoint: float, gain: float, sense: str, psi: Array, azimuth: Array | float
+    instrument: Instrument,
+    path: Sequence[int],
+    viewpoint: float,
+    gain: float,
+    sense: str,
+    psi: Array,
+    azimuth: Array | float,
 ) -> tuple[float, float]:
     """Largest distance in mm of an exit line from the viewpoint, and largest deviation from the gain law.
 
@@ -183,7 +187,7 @@ def single_viewpoint_residuals(
     the apertures let through; infinite if there is none.
     """
     directions = pinhole_directions(psi, azimuth)
-    trace = trace_sequential(scene, path, directions)
+    trace = trace_sequential(instrument, path, directions)
     through = trace.missed < 0
     if not through.any():
         return np.inf, np.inf

@@ -11,9 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from designer.trace.bundles import pinhole_directions
+from designer.trace.conics import Array
+from designer.trace.instrument import Instrument
+from designer.trace.sequential import trace_sequential
 from designer.verify.solids import Rims
-from designer.verify.surfaces import Array, Scene
-from designer.verify.tracer import pinhole_directions, trace_sequential
 
 FAR_MM = 1e5
 # A rim this near to the edge of a fan lies on it.
@@ -33,13 +35,13 @@ class FanClearance:
     obstructions: tuple[tuple[int, str], ...]
 
 
-def fan_clearance(scene: Scene, path: Sequence[int], psi: Array, rims: Rims) -> FanClearance:
+def fan_clearance(instrument: Instrument, path: Sequence[int], psi: Array, rims: Rims) -> FanClearance:
     """Clearance of the rays at rising pinhole angles psi (n,), on every leg, from every rim.
 
     Left out: barrel and body on the first leg, which starts inside the lens, and the near rims of the mirror on
     which a leg starts or ends (the edge margin, not a clearance). The far side of the same mirror counts.
     """
-    trace = trace_sequential(scene, path, pinhole_directions(psi), apertures=False)
+    trace = trace_sequential(instrument, path, pinhole_directions(psi), apertures=False)
     far = trace.point + FAR_MM * trace.direction
     corners = np.stack([np.zeros_like(far), *trace.hits, far], axis=1)[:, :, [0, 2]]
     corners = corners[np.isfinite(corners).all(axis=(1, 2))]

@@ -14,13 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from designer.design import Design
-from designer.verify.surfaces import Array, Scene, build_scene
-from designer.verify.tracer import pinhole_directions, trace_sequential, widest_pinhole_angle
-
-TABLE_SIZE = 2049
-SECANT_STEPS = 8
-# Pinhole angles are found to this; a tenth of a pixel is some 1e-5 rad.
-ANGLE_TOLERANCE_RAD = 1e-11
+from designer.trace.aiming import exit_lines, project
+from designer.trace.conics import Array
+from designer.trace.instrument import build_instrument
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,20 +86,6 @@ def middle_of(found: DepthErrors, share: float = 0.6827) -> tuple[float | None, 
     return float(low), float(high), lost
 
 
-def project(design: Design, view_name: str, distances_mm: ArrayLike, heights_mm: ArrayLike) -> Array:
-    """Angles psi (n,) in radians of the pinhole rays that the traced mirrors send to points; NaN where none goes.
-
-    A point is given by its distance from the axis and its height over the pinhole. The ray leaves the pinhole on the
-    point's side of the axis, or on the other for a view of negative gain; psi is positive in both cases. Apertures
-    and blockage are ignored.
-    """
-    view = getattr(design.views, view_name)
-    scene = build_scene(design)
-    side = 1.0 if view.gain > 0.0 else -1.0
-    distances, heights = np.broadcast_arrays(np.asarray(distances_mm, float), np.asarray(heights_mm, float))
-    return _aim(scene, scene.path(view.path), side * distances, heights, widest_pinhole_angle(design))
-
-
 def _measure(
     design: Design, elevations: Array, distances: Array, noise_px: float | None, random: np.random.Generator
 ) -> DepthErrors:
@@ -111,13 +93,13 @@ def _measure(
     sigma = (design.noise_px if noise_px is None else noise_px) * camera.pixel_pitch_mm
     middle = views.middle_mm
     heights = middle + distances * np.tan(elevations)
-    scene = build_scene(design)
+    instrument = build_instrument(design)
     lines: list[tuple[Array, Array]] = []
     for name, view in (("upper", views.upper), ("lower", views.lower)):
         psi = project(design, name, distances, heights)
         radius = camera.focal_length_mm * np.tan(psi) + sigma * random.standard_normal(psi.size)
         noisy = np.arctan2(radius, camera.focal_length_mm)
-        (start_x, start_z), (ahead_x, ahead_z) = _exit_lines(scene, scene.path(view.path), noisy)
+        (start_x, start_z), (ahead_x, ahead_z) = exit_lines(instrument, instrument.path(view.path), noisy)
         slope = ahead_z / ahead_x
         side = 1.0 if view.gain > 0.0 else -1.0
         lines.append((start_z - slope * start_x, side * slope))
@@ -130,48 +112,3 @@ def _measure(
     rms = float(np.sqrt(squares.mean())) if errors.size else np.nan
     spread = float(squares.std(ddof=1) / np.sqrt(errors.size) / (2.0 * rms)) if errors.size > 1 and rms > 0 else np.nan
     return DepthErrors(errors, elevations[found], distances[found], rms, spread, int(np.sum(~found)))
-
-
-def _exit_lines(scene: Scene, path: tuple[int, ...], psi: Array) -> tuple[Array, Array]:
-    """Exit points and directions, each (2, n): signed distance from the axis, height."""
-    trace = trace_sequential(scene, path, pinhole_directions(psi), apertures=False)
-    return trace.point.T[[0, 2]], trace.direction.T[[0, 2]]
-
-
-def _aim(scene: Scene, path: tuple[int, ...], positions: Array, heights: Array, widest: float) -> Array:
-    """Pinhole angles whose exit rays pass through points (signed distance from the axis, height)."""
-
-    def excess(psi: Array) -> Array:
-        """Angle from the exit ray to the line from its start to the point."""
-        (start_x, start_z), (ahead_x, ahead_z) = _exit_lines(scene, path, psi)
-        offset_x, offset_z = positions - start_x, heights - start_z
-        aside = ahead_x * offset_z - ahead_z * offset_x
-        return np.asarray(np.arctan2(aside, ahead_x * offset_x + ahead_z * offset_z))
-
-    with np.errstate(all="ignore"):
-        psi = _first_guess(scene, path, positions, heights, widest)
-        last = psi * (1.0 + 1e-6) + 1e-9
-        error, last_error = excess(psi), excess(last)
-        for _ in range(SECANT_STEPS):
-            step = error * (last - psi) / (last_error - error)
-            step = np.where(np.isfinite(step), step, 0.0)
-            last, last_error = psi, error
-            psi = psi - step
-            error = excess(psi)
-            if np.nanmax(np.abs(step), initial=0.0) < ANGLE_TOLERANCE_RAD:
-                break
-    return np.where(np.abs(error) < 1e-9, psi, np.nan)
-
-
-def _first_guess(scene: Scene, path: tuple[int, ...], positions: Array, heights: Array, widest: float) -> Array:
-    """Pinhole angles to start from: exit slopes tabulated, and matched as if all exit rays began at one point."""
-    table = np.linspace(0.0, widest, TABLE_SIZE)
-    (start_x, start_z), (ahead_x, ahead_z) = _exit_lines(scene, path, table)
-    towards = np.isfinite(ahead_x) & (ahead_x * np.sign(np.median(positions)) > 0.0)
-    if np.sum(towards) < 2:
-        return np.full(positions.shape, np.nan)
-    slope = ahead_z[towards] / np.abs(ahead_x[towards])
-    foot = start_z[towards] - ahead_z[towards] / ahead_x[towards] * start_x[towards]
-    wanted = (heights - np.median(foot)) / np.abs(positions)
-    order = np.argsort(slope)
-    return np.asarray(np.interp(wanted, slope[order], table[towards][order]))

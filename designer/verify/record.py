@@ -11,7 +11,7 @@ import re
 import numpy as np
 
 from designer.design import Design, Interval, Mirror
-from designer.verify.surfaces import sag
+from designer.trace.instrument import sag
 
 BASELINE_TOLERANCE_MM = 1e-6
 # Sizes and ranges may have been typed in with a few decimals.

@@ -13,7 +13,8 @@ from itertools import combinations
 import numpy as np
 
 from designer.design import Design, Mirror
-from designer.verify.surfaces import BARREL, BODY, Array, sag
+from designer.trace.conics import Array
+from designer.trace.instrument import BARREL, BODY, sag
 
 # Solids nearer than this count as touching.
 CONTACT_MM = 1e-9

@@ -13,10 +13,13 @@ from typing import Any, Literal
 import numpy as np
 
 from designer.design import Design, View
+from designer.trace.aiming import widest_pinhole_angle
+from designer.trace.bundles import elevation_angles, pinhole_directions
+from designer.trace.conics import Array
+from designer.trace.instrument import Instrument, build_instrument
+from designer.trace.sequential import trace_sequential
 from designer.verify.coverage import SCAN_AZIMUTH
 from designer.verify.record import BASELINE_TOLERANCE_MM
-from designer.verify.surfaces import Array, Scene, build_scene
-from designer.verify.tracer import elevation_angles, pinhole_directions, trace_sequential, widest_pinhole_angle
 
 SAMPLES = 385
 # Smaller disagreements are roundings of published digits: the record is believed.
@@ -39,10 +42,10 @@ class TracedView:
     sense: Literal["direct", "folded"]
 
 
-def trace_view(scene: Scene, path: Sequence[int], widest: float) -> TracedView | None:
+def trace_view(instrument: Instrument, path: Sequence[int], widest: float) -> TracedView | None:
     """Viewpoint, gain and sense by rays at pinhole angles up to ``widest`` (rad); None if none gets through."""
     sent = pinhole_directions(np.linspace(0.0, widest, SAMPLES), SCAN_AZIMUTH)
-    trace = trace_sequential(scene, path, sent)
+    trace = trace_sequential(instrument, path, sent)
     through = trace.missed < 0
     across = np.array([np.cos(SCAN_AZIMUTH), np.sin(SCAN_AZIMUTH), 0.0])
     leaving, start = trace.direction[through], trace.point[through]
@@ -76,11 +79,11 @@ def as_traced(design: Design) -> tuple[Design, list[str]]:
     Numbers that agree with the mirrors to the tolerances above stay as recorded, and so does a view whose mirrors let
     nothing through. ``upper`` is the view with the higher viewpoint afterwards. Elevation ranges are kept.
     """
-    scene = build_scene(design)
+    instrument = build_instrument(design)
     widest = widest_pinhole_angle(design)
     said: list[str] = []
     upper, lower = (
-        _as_traced(view, f"views.{name}", trace_view(scene, scene.path(view.path), widest), said)
+        _as_traced(view, f"views.{name}", trace_view(instrument, instrument.path(view.path), widest), said)
         for name, view in (("upper", design.views.upper), ("lower", design.views.lower))
     )
     if upper.viewpoint_mm < lower.viewpoint_mm:

@@ -7,6 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from designer.design import Design, Interval, View
+from designer.trace.aiming import pinhole_angles, widest_pinhole_angle
+from designer.trace.bundles import pinhole_directions
+from designer.trace.conics import Array
+from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
+from designer.trace.instrument import Instrument, build_instrument
+from designer.trace.sequential import trace_sequential
 from designer.verify.coverage import (
     SCAN_AZIMUTH,
     ImageZone,
@@ -21,18 +27,8 @@ from designer.verify.coverage import (
 from designer.verify.fans import FanClearance, fan_clearance
 from designer.verify.record import needed_elevations, record_problems, topology_named_by
 from designer.verify.solids import Rims, contact_problems, find_rims
-from designer.verify.surfaces import Array, Scene, build_scene
 from designer.verify.traced_views import VIEWPOINT_TOLERANCE_MM as RECORD_TOLERANCE_MM
 from designer.verify.traced_views import trace_view
-from designer.verify.tracer import (
-    Status,
-    compare_with_path,
-    pinhole_angles,
-    pinhole_directions,
-    trace_first_hits,
-    trace_sequential,
-    widest_pinhole_angle,
-)
 
 VIEWPOINT_TOLERANCE_MM = 1e-9
 GAIN_TOLERANCE = 1e-9
@@ -131,11 +127,11 @@ def judge(design: Design, *, whole_image: bool = True) -> Verdict:
     but what else the camera sees stays unsaid.
     """
     with np.errstate(all="ignore"):
-        scene = build_scene(design)
+        instrument = build_instrument(design)
         rims = find_rims(design)
         needed = needed_elevations(design) or {}
         upper, lower = (
-            _judge_view(design, scene, name, _as_asked(view, needed.get(name)), rims, whole_image)
+            _judge_view(design, instrument, name, _as_asked(view, needed.get(name)), rims, whole_image)
             for name, view in (("upper", design.views.upper), ("lower", design.views.lower))
         )
         problems = (
@@ -145,7 +141,9 @@ def judge(design: Design, *, whole_image: bool = True) -> Verdict:
             *_zone_problems(design, upper, lower),
             *contact_problems(design),
         )
-        image = map_image(scene, np.linspace(0.0, widest_pinhole_angle(design), IMAGE_SAMPLES)) if whole_image else []
+        image = (
+            map_image(instrument, np.linspace(0.0, widest_pinhole_angle(design), IMAGE_SAMPLES)) if whole_image else []
+        )
     return Verdict(
         passed=not problems,
         problems=problems,
@@ -165,24 +163,26 @@ def _as_asked(view: View, needed: Interval | None) -> View:
     return view.model_copy(update={"elevation_deg": (min(low, needed[0]), max(high, needed[1]))})
 
 
-def _judge_view(design: Design, scene: Scene, name: str, view: View, rims: Rims, whole_image: bool) -> ViewVerdict:
-    path = scene.path(view.path)
+def _judge_view(
+    design: Design, instrument: Instrument, name: str, view: View, rims: Rims, whole_image: bool
+) -> ViewVerdict:
+    path = instrument.path(view.path)
     low, high = view.elevation_deg
     widest = widest_pinhole_angle(design)
     circle = float(np.arctan2(design.camera.image_radius_mm, design.camera.focal_length_mm))
-    ends = pinhole_angles(scene, path, np.radians([low + END_INSET_DEG, high - END_INSET_DEG]), widest)
+    ends = pinhole_angles(instrument, path, np.radians([low + END_INSET_DEG, high - END_INSET_DEG]), widest)
     is_reached = bool(np.isfinite(ends).all())
     asked_psi = np.linspace(ends.min(), ends.max(), ASKED_SAMPLES) if is_reached else np.empty(0)
     beside = np.linspace(0.0, widest, IMAGE_SAMPLES) if whole_image or not is_reached else np.empty(0)
     psi = np.unique(np.concatenate([beside, asked_psi]))
 
-    runs = find_runs(scene, path, psi, circle)
+    runs = find_runs(instrument, path, psi, circle)
     seen = joined([run.elevation_deg for run in runs if run.is_seen], END_INSET_DEG)
     gaps = uncovered((low, high), seen, 2.0 * END_INSET_DEG)
-    blockages = _blockages(scene, view, runs)
+    blockages = _blockages(instrument, view, runs)
     around_psi, azimuths = _other_meridians(asked_psi)
     residuals = single_viewpoint_residuals(
-        scene,
+        instrument,
         path,
         view.viewpoint_mm,
         view.gain,
@@ -190,7 +190,7 @@ def _judge_view(design: Design, scene: Scene, name: str, view: View, rims: Rims,
         np.concatenate([psi, around_psi]),
         np.concatenate([np.full(psi.size, SCAN_AZIMUTH), azimuths]),
     )
-    fan = fan_clearance(scene, path, asked_psi, rims)
+    fan = fan_clearance(instrument, path, asked_psi, rims)
 
     problems = [
         f"no ray in the image leaves at {elevation:.4g} deg, an end of the asked range"
@@ -202,15 +202,15 @@ def _judge_view(design: Design, scene: Scene, name: str, view: View, rims: Rims,
         for blockage in blockages
         if blockage.is_asked
     ]
-    problems += _aperture_problems(design, scene, path, view, asked_psi)
+    problems += _aperture_problems(design, instrument, path, view, asked_psi)
     problems += [f"{_span(gap)} is not seen" for gap in gaps]
     if is_reached:
         problems += _camera_problems(design, float(ends.max()), circle)
         if not gaps:
-            problems += _azimuth_problems(scene, path, around_psi, azimuths)
+            problems += _azimuth_problems(instrument, path, around_psi, azimuths)
             problems += [f"{_leg_name(view, leg)}: the {rim} stands between the rays" for leg, rim in fan.obstructions]
     is_as_recorded = residuals[0] < VIEWPOINT_TOLERANCE_MM and residuals[1] < GAIN_TOLERANCE
-    traced = None if is_as_recorded else trace_view(scene, path, widest)
+    traced = None if is_as_recorded else trace_view(instrument, path, widest)
     if not residuals[0] < VIEWPOINT_TOLERANCE_MM:
         crossing = f"; they cross the axis at {traced.viewpoint_mm:.9g} mm" if traced else ""
         problems.append(
@@ -241,11 +241,11 @@ def _judge_view(design: Design, scene: Scene, name: str, view: View, rims: Rims,
     )
 
 
-def _blockages(scene: Scene, view: View, runs: list[Run]) -> tuple[Blockage, ...]:
+def _blockages(instrument: Instrument, view: View, runs: list[Run]) -> tuple[Blockage, ...]:
     return tuple(
         Blockage(
             _leg_name(view, run.leg),
-            scene.elements[run.element],
+            instrument.elements[run.element],
             run.elevation_deg,
             _common_width(run.elevation_deg, view.elevation_deg) > 2.0 * END_INSET_DEG,
         )
@@ -260,11 +260,13 @@ def _other_meridians(asked_psi: Array) -> tuple[Array, Array]:
     return np.tile(chosen, len(AZIMUTHS_RAD)), np.repeat(AZIMUTHS_RAD, chosen.size)
 
 
-def _aperture_problems(design: Design, scene: Scene, path: tuple[int, ...], view: View, psi: Array) -> list[str]:
+def _aperture_problems(
+    design: Design, instrument: Instrument, path: tuple[int, ...], view: View, psi: Array
+) -> list[str]:
     """Mirrors that do not reach as far, inwards or outwards, as the asked rays need."""
     if not psi.size:
         return []
-    trace = trace_sequential(scene, path, pinhole_directions(psi[[0, -1]], SCAN_AZIMUTH), apertures=False)
+    trace = trace_sequential(instrument, path, pinhole_directions(psi[[0, -1]], SCAN_AZIMUTH), apertures=False)
     problems = []
     for mirror_name, hit in zip(view.path, trace.hits, strict=True):
         mirror = design.mirror(mirror_name)
@@ -295,8 +297,8 @@ def _camera_problems(design: Design, widest_asked: float, circle: float) -> list
     return problems
 
 
-def _azimuth_problems(scene: Scene, path: tuple[int, ...], psi: Array, azimuths: Array) -> list[str]:
-    report = compare_with_path(trace_first_hits(scene, pinhole_directions(psi, azimuths)), path)
+def _azimuth_problems(instrument: Instrument, path: tuple[int, ...], psi: Array, azimuths: Array) -> list[str]:
+    report = compare_with_path(trace_first_hits(instrument, pinhole_directions(psi, azimuths)), path)
     spoiled = report.status != Status.OK
     if not spoiled.any():
         return []

@@ -14,8 +14,8 @@ from designer.cli import cli
 from designer.configurations import enumerate_configurations
 from designer.design import read_design, write_design
 from designer.requirement import read_requirement
+from support import DATA
 
-DATA = Path(__file__).parents[1] / "data"
 NAMES = [configuration.name for configuration in enumerate_configurations()]
 
 

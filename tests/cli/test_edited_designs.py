@@ -11,8 +11,9 @@ import pytest
 from click.testing import CliRunner, Result
 
 from designer.cli import cli
+from support import DATA
 
-PROTOTYPE = Path(__file__).parents[1] / "data" / "folded_hypl_hy.json"
+PROTOTYPE = DATA / "folded_hypl_hy.json"
 Edit = Callable[[dict[str, Any]], object]
 
 

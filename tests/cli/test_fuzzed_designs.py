@@ -15,8 +15,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from designer.cli import cli
+from support import DATA
 
-DATA = Path(__file__).parents[1] / "data"
 Key = str | int
 DESIGNS: list[dict[str, Any]] = [
     json.loads((DATA / "folded_hypl_hy.json").read_text(encoding="utf-8")),

@@ -9,8 +9,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from designer.cli import cli
-
-DATA = Path(__file__).parents[1] / "data"
+from support import DATA
 
 
 def run(*words: object) -> Result:

@@ -6,16 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from shipped_problems import (
-    CONFIGURATIONS,
-    at,
-    design_record,
-    is_coherent,
-    problems_of,
-    put_together,
-    random_designs,
-    shipped_requirement,
-)
 
 from designer.evaluate.depth import StereoPair, Volume, depth_error_rms
 from designer.evaluate.limit import (
@@ -26,7 +16,18 @@ from designer.evaluate.limit import (
     limit_gains,
 )
 from designer.optics.view import elevation_tangents_of_views, image_radius
-from designer.verify.tracer import build_scene, pinhole_angles, widest_pinhole_angle
+from designer.trace.aiming import pinhole_angles, widest_pinhole_angle
+from designer.trace.instrument import build_instrument
+from support.shipped_problems import (
+    CONFIGURATIONS,
+    at,
+    design_record,
+    is_coherent,
+    problems_of,
+    put_together,
+    random_designs,
+    shipped_requirement,
+)
 
 NOISE_MM = 0.0022
 ARRANGEMENTS = [
@@ -155,7 +156,7 @@ def test_the_arrangement_is_what_traced_rays_see(configuration):
     """Of a random design: which view lies farther out in the image, and whether its elevation rises outwards."""
     requirement, problem, values = design_with_both_zones(configuration)
     design = design_record(requirement, problem, values)
-    scene, widest = build_scene(design), widest_pinhole_angle(design)
+    scene, widest = build_instrument(design), widest_pinhole_angle(design)
     arrangement = arrangement_of(configuration.family, configuration.topology)
     psi = {}
     for name, sense in (("lower", arrangement.sense_lower), ("upper", arrangement.sense_upper)):

@@ -17,7 +17,7 @@ from designer.evaluate.resolution import (
     quantisation_error_rms,
     smallest_object,
 )
-from designer.evaluate.summary import ROUNDING_NOISE_PX
+from designer.evaluate.score import ROUNDING_NOISE_PX
 from designer.optics.view import image_radius
 
 

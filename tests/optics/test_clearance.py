@@ -8,7 +8,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from shipped_problems import (
+
+from designer.design import Design
+from designer.optics.clearance import FaceRows, SolidRows, pair_up, separations
+from designer.optics.conic import FocalConic
+from designer.optics.layout import Layout
+from designer.trace.bundles import pinhole_directions
+from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
+from designer.trace.instrument import build_instrument
+from designer.verify.solids import contact_problems
+from designer.verify.verdict import judge
+from support.shipped_problems import (
     VARIANTS,
     at,
     design_record,
@@ -19,15 +29,6 @@ from shipped_problems import (
     shipped_requirement,
     variant_name,
 )
-
-from designer.design import Design
-from designer.optics.clearance import FaceRows, SolidRows, pair_up, separations
-from designer.optics.conic import FocalConic
-from designer.optics.layout import Layout
-from designer.verify.solids import contact_problems
-from designer.verify.surfaces import build_scene
-from designer.verify.tracer import Status, compare_with_path, pinhole_directions, trace_first_hits
-from designer.verify.verdict import judge
 
 angles = st.floats(-3.2, 3.2)
 # Within this of zero, sampled rays and exact separations need not agree.
@@ -61,7 +62,7 @@ def test_extents_are_the_largest_over_the_whole_face(inverse_gain, distance, sid
 
 def blocked_pairs(design: Design) -> set[tuple[str, int, str, int]]:
     """What the tracer finds in the way of asked light: view, mirrors met before, solid, and its side of the axis."""
-    scene = build_scene(design)
+    scene = build_instrument(design)
     found = set()
     for name, view in (("upper", design.views.upper), ("lower", design.views.lower)):
         sign = 1.0 if view.sense == "direct" else -1.0

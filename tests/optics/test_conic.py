@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from designer.design import Design, Mirror
 from designer.optics.conic import FocalConic, conic_constant
-from designer.verify.surfaces import build_scene, sag
-from designer.verify.tracer import trace_sequential
+from designer.trace.instrument import build_instrument, sag
+from designer.trace.sequential import trace_sequential
 
 # Inverse gains of every kind: convex hyperboloid, plane, concave hyperboloid, paraboloid, and the two ellipsoids.
 inverse_gains = st.one_of(
@@ -68,7 +68,7 @@ def test_the_tracer_sends_rays_of_one_focus_through_the_other_with_the_gain(inve
     conic = FocalConic(0.0, distance, inverse_gain)
     tangent = half_tangent_at(conic, reach)
     radius, _ = conic.point(tangent)
-    scene = build_scene(_design_with(mirror_of(conic)))
+    scene = build_instrument(_design_with(mirror_of(conic)))
     psi = 2.0 * np.arctan(tangent)
     ray = np.array([[np.sin(psi) * np.cos(azimuth), np.sin(psi) * np.sin(azimuth), np.cos(psi)]])
     trace = trace_sequential(scene, [0], ray, apertures=False)

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shipped_problems import (
+
+from designer.optics.layout import Layout
+from designer.optimise.variants import Variant
+from designer.trace.bundles import elevation_angles, pinhole_directions
+from designer.trace.instrument import build_instrument, sag
+from designer.trace.sequential import trace_sequential
+from support.shipped_problems import (
     VARIANTS,
     at,
     design_record,
@@ -15,11 +21,6 @@ from shipped_problems import (
     shipped_requirement,
     variant_name,
 )
-
-from designer.optics.layout import Layout
-from designer.optimise.variants import Variant
-from designer.verify.surfaces import build_scene, sag
-from designer.verify.tracer import elevation_angles, pinhole_directions, trace_sequential
 
 # The near field lets most ellipsoids be laid out; the other two look far below and far above the horizon.
 REQUIREMENTS = ("pipe_inspection", "ceiling_watch", "sky_watch")
@@ -48,7 +49,7 @@ def test_legs_are_where_the_tracer_sends_the_light(variant):
     tried = 0
     for design, layout in coherent_designs(variant):
         tried += 1
-        scene = build_scene(design)
+        scene = build_instrument(design)
         for name, view in (("upper", design.views.upper), ("lower", design.views.lower)):
             ends = np.radians(view.elevation_deg if view.sense == "direct" else view.elevation_deg[::-1])
             sign = 1.0 if view.sense == "direct" else -1.0

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shipped_problems import CONFIGURATIONS, put_together, shipped_requirement
 
 from designer.design import Design
 from designer.optimise.program import forget_programs
@@ -17,6 +16,7 @@ from designer.requirement import Requirement, requirement_to_toml, set_key
 from designer.requirement.reading import read_requirement
 from designer.study.record import design_of
 from designer.verify.verdict import judge
+from support.shipped_problems import CONFIGURATIONS, put_together, shipped_requirement
 
 NAME = "folded-HyPl-Hy-upper_outer"
 
@@ -195,9 +195,9 @@ def test_what_is_called_feasible_is_so_when_evaluated_anew():
     result = found(shipped_requirement("indoor_robot"))
     for candidate in (result.first, result.best):
         values: dict[str, Any] = {name: np.array([value]) for name, value in candidate.values.items()}
-        report = check(candidate.problem, put_together(candidate.problem, values))
-        assert report.largest_violations[0] <= 1e-6
-        assert report.clearances.min() >= candidate.problem.rules.clearance - 1e-6
+        evaluation = check(candidate.problem, put_together(candidate.problem, values))
+        assert evaluation.largest_violations[0] <= 1e-6
+        assert evaluation.clearances.min() >= candidate.problem.specification.clearance - 1e-6
 
 
 @pytest.mark.parametrize(

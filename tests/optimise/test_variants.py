@@ -7,10 +7,10 @@ from itertools import product
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from shipped_problems import CONFIGURATIONS, VARIANTS, variant_name
 
 from designer.configurations import FOLDING_PAIRS, MirrorKind, enumerate_configurations
 from designer.optimise.variants import Variant, enumerate_variants, gain_of
+from support.shipped_problems import CONFIGURATIONS, VARIANTS, variant_name
 
 
 def test_there_are_exactly_44():

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from designer.design import Design
-from designer.imaging.check import definition_of_passing
-from designer.imaging.check_files import fingerprint
+from designer.imaging.endtoend.check import definition_of_passing
+from designer.imaging.endtoend.files import fingerprint
 from designer.imaging.files import write_arrays, write_image
 
 ROWS, COLUMNS = 60, 720

@@ -13,13 +13,13 @@ from sample_study import prototype, write_sample_study
 from test_figures import assert_inside_canvas
 
 from designer.files import InputError
-from designer.imaging.check_files import fingerprint
-from designer.report.checked import read_check
+from designer.imaging.endtoend.files import fingerprint
+from designer.report.content.sections import Illustrations, source
 from designer.report.document import write_pdf
 from designer.report.figures.check import draw_check_errors, draw_check_maps, draw_floor_plan, errors_by_distance
 from designer.report.figures.style import report_style
-from designer.report.folder import read_folder
-from designer.report.sections import Illustrations, source
+from designer.study.checked import read_check
+from designer.study.results import read_folder
 
 
 @pytest.fixture(scope="module")

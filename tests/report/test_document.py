@@ -12,13 +12,13 @@ from sample_study import prototype, two_direct_mirrors, write_sample_study
 
 from designer.configurations import enumerate_configurations
 from designer.files import InputError
+from designer.report.content.legible import legible_source
+from designer.report.content.sections import Illustrations, source
+from designer.report.content.tables import ranking
 from designer.report.document import draw_figures, write_pdf
-from designer.report.folder import read_folder
-from designer.report.legible import legible_source
-from designer.report.sections import Illustrations, source
-from designer.report.typesetting.glyphs import missing_characters
-from designer.report.typesetting.pdf import typeset
-from designer.report.typesetting.tables import ranking
+from designer.report.typst.glyphs import missing_characters
+from designer.report.typst.pdf import typeset
+from designer.study.results import read_folder
 
 
 @pytest.fixture(scope="module")

@@ -26,7 +26,7 @@ from designer.report.figures.image_layout import draw_image_layout
 from designer.report.figures.resolution import draw_resolution
 from designer.report.figures.style import MM_PER_INCH, report_style, svg_bytes
 from designer.report.figures.trade import compress_ranks, draw_fronts, draw_trade
-from designer.report.folder import read_folder
+from designer.study.results import read_folder
 
 DESIGNS = {
     "folded": prototype(),

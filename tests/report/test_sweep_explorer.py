@@ -1,19 +1,19 @@
 """The interactive front draws what the designs are: every number it shows is held against the design record."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from designer.design import Design
+from support import DATA
 
 pytest.importorskip("plotly")
 
-from designer.report.sweep_explorer import cross_section_lines, draw_explorer  # needs plotly
+from designer.report.figures.sweep_explorer import cross_section_lines, draw_explorer  # needs plotly
 
-RECORDS = json.loads((Path(__file__).parents[1] / "data" / "studied_designs.json").read_text(encoding="utf-8"))
+RECORDS = json.loads((DATA / "studied_designs.json").read_text(encoding="utf-8"))
 DESIGNS = [Design.model_validate(record) for record in RECORDS]
 TRACES = ("front", "chosen", "camera", "substrates", "upper", "lower", "faces", "viewpoints")
 

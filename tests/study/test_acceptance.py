@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shipped_problems import CONFIGURATIONS, SHIPPED, shipped_requirement
 
 from designer.design import Design, Mirror
 from designer.evaluate.depth import depth_error_rms_second_order, stereo_pair_of, volume_of
 from designer.study.task import solve_configuration
+from designer.trace.instrument import sag
 from designer.verify.montecarlo import depth_error_monte_carlo
-from designer.verify.surfaces import sag
 from designer.verify.verdict import judge
+from support.shipped_problems import CONFIGURATIONS, SHIPPED, shipped_requirement
 
 NOISE_PX = 0.1
 SAMPLES = 400_000

@@ -10,13 +10,13 @@ import pytest
 from mortal import ALWAYS, name_of_design, pass_check, raising
 
 from designer.design import read_design, write_design
-from designer.report.check_section import check_page
-from designer.report.checked import read_check, read_unchecked
-from designer.report.folder import Row
+from designer.report.content.check_section import check_page
 from designer.study import checks
+from designer.study.checked import read_check, read_unchecked
 from designer.study.checks import CheckProgress, best_designs, check_best
+from designer.study.results import Row
+from support import DATA
 
-DATA = Path(__file__).parents[1] / "data"
 HEADER = "configuration,family,topology,status,reason\n"
 
 

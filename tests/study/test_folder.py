@@ -10,14 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from shipped_problems import shipped_requirement
 
 from designer.configurations import enumerate_configurations
 from designer.design import read_design
 from designer.evaluate.depth import Volume
+from designer.evaluate.fabrication import overall_diameter_mm, overall_height_mm
 from designer.evaluate.limit import ImageBounds, arrangement_of, depth_error_limit
-from designer.evaluate.mirrors import overall_diameter_mm, overall_height_mm
-from designer.evaluate.summary import evaluate_design
+from designer.evaluate.score import evaluate_design
 from designer.report.document import PANELS
 from designer.requirement import read_requirement, set_key
 from designer.study.outputs import FIGURE_PREFIXES
@@ -26,6 +25,7 @@ from designer.study.record import least_limit_of
 from designer.study.run import Study, run_study
 from designer.study.task import FRONT_POINTS
 from designer.verify.verdict import judge
+from support.shipped_problems import shipped_requirement
 
 # Feasible, infeasible and impossible, direct and folded.
 ONLY = (

@@ -14,12 +14,13 @@ import time
 from pathlib import Path
 
 import pytest
-from shipped_problems import SHIPPED
 
 from designer.design import read_design
+from support import CONFIGS
+from support.shipped_problems import SHIPPED
 
 COMMAND = Path(sys.executable).with_name("designer")
-REQUIREMENT = Path(__file__).parents[2] / "configs" / f"{SHIPPED[0]}.toml"
+REQUIREMENT = CONFIGS / f"{SHIPPED[0]}.toml"
 ONLY = ("folded-HyPl-Hy-upper_outer", "direct-HyHy-upper_inner")
 
 

@@ -7,10 +7,10 @@ from typing import Any
 
 from hypothesis import given
 from hypothesis import strategies as st
-from shipped_problems import CONFIGURATIONS, shipped_requirement
 
 from designer.requirement import set_key
 from designer.study.ranking import rank
+from support.shipped_problems import CONFIGURATIONS, shipped_requirement
 
 CONFIGURATION = CONFIGURATIONS["folded-HyPl-Hy-upper_outer"]
 scores = st.tuples(st.floats(0.01, 0.02), st.floats(50.0, 150.0))

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from shipped_problems import CONFIGURATIONS, SHIPPED, shipped_requirement
 
 from designer.requirement import Requirement, set_key
 from designer.study.record import _camera, least_limit_of
+from support.shipped_problems import CONFIGURATIONS, SHIPPED, shipped_requirement
 
 REQUIREMENT = shipped_requirement(SHIPPED[0])
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from click.testing import CliRunner
-from shipped_problems import shipped_requirement
 
 from designer import api
 from designer.cli import cli
@@ -12,6 +11,7 @@ from designer.files import InputError
 from designer.requirement import Requirement, read_requirement, requirement_to_toml, set_key
 from designer.study.run import run_study
 from designer.study.selection import restrict
+from support.shipped_problems import shipped_requirement
 
 PARABOLOIDS = ("folded-PaPa-Hy-upper_outer", "folded-PaPa-Hy-upper_inner")
 

@@ -19,7 +19,6 @@ from mortal import (
     raising,
     square,
 )
-from shipped_problems import shipped_requirement
 
 from designer.requirement import set_key
 from designer.study import checks, run
@@ -29,6 +28,8 @@ from designer.study.sweep import run as sweep_run
 from designer.study.sweep.definition import read_sweep
 from designer.study.task import front_of, solve_configuration
 from designer.study.workers import local_processes, run_each, why_it_failed
+from support import CONFIGS
+from support.shipped_problems import shipped_requirement
 
 REASON = "its process died, twice: perhaps out of memory"
 FEASIBLE = ("folded-HyPl-Hy-upper_outer", "folded-PaPa-Hy-upper_inner")
@@ -145,7 +146,7 @@ values = [96, 98]
 
 def test_a_sweep_whose_processes_die_for_ever_ends_in_one_line(tmp_path, monkeypatch):
     """An OSError, which the command line answers in one line and with exit code 1."""
-    base = (Path(__file__).parents[2] / "configs" / "indoor_robot.toml").read_text(encoding="utf-8")
+    base = (CONFIGS / "indoor_robot.toml").read_text(encoding="utf-8")
     (tmp_path / "base.toml").write_text(f'{base}\n[solve]\nconfigurations = ["direct-ElEl-*"]\n', encoding="utf-8")
     (tmp_path / "sweep.toml").write_text(SWEEP, encoding="utf-8")
     monkeypatch.setattr(sweep_run, "MOST_LOST_WORKERS", 2)

@@ -1,12 +1,10 @@
-from pathlib import Path
-
 import pytest
 
 from designer.study.sweep.definition import read_sweep
 from designer.study.sweep.export import read_sweep_results
 from designer.study.sweep.run import run_sweep
+from support import CONFIGS
 
-CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 QUICK = """
 plan = "grid"
 requirement = "base.toml"

@@ -1,14 +1,12 @@
 """Multipliers against finite differences of whole searches, with the baseline free."""
 
-from pathlib import Path
-
 import pytest
 
 from designer.optimise.multipliers import first_stage_multipliers, number_at
 from designer.optimise.search import search
 from designer.requirement import read_requirement, set_key
+from support import CONFIGS
 
-CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 # (requirement, height of the envelope, mm; configuration): ten designs that the envelope holds.
 DESIGNS = [
     ("indoor_robot", 140, "folded-HyPl-Hy-upper_outer"),

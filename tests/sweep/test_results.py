@@ -17,10 +17,10 @@ from designer import api
 from designer.cli import cli
 from designer.design import Design
 from designer.files import InputError
-from designer.report import sweep as sweep_report
-from designer.report.sweep import write_sweep_pdf
-from designer.report.sweep_figures import draw_heat_map, draw_winner_map, letters_of, short
-from designer.report.typesetting.glyphs import missing_characters
+from designer.report.content import sweep as sweep_report
+from designer.report.content.sweep import write_sweep_pdf
+from designer.report.figures.sweep import draw_heat_map, draw_winner_map, letters_of, short
+from designer.report.typst.glyphs import missing_characters
 from designer.study.compare import compare
 from designer.study.sweep.export import pareto
 from designer.study.sweep.store import FILE_NAME

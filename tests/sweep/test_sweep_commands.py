@@ -14,8 +14,8 @@ from designer.study.sweep import cluster, run
 from designer.study.sweep.export import read_sweep_results
 from designer.study.sweep.store import FILE_NAME, read_store
 from designer.study.sweep.workers import local_workers
+from support import CONFIGS
 
-CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 TINY = """
 requirement = "base.toml"
 [[axis]]

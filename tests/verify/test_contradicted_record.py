@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import pytest
-from closed_forms import convex_ellipsoid_pair, direct_ellipsoid_pair, folded_hypl_hy, paraboloid_pair, view_ranges
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -17,8 +15,15 @@ from designer.design import Design, read_design
 from designer.verify.record import needed_elevations, record_problems
 from designer.verify.traced_views import as_traced
 from designer.verify.verdict import judge
+from support import DATA
+from support.closed_forms import (
+    convex_ellipsoid_pair,
+    direct_ellipsoid_pair,
+    folded_hypl_hy,
+    paraboloid_pair,
+    view_ranges,
+)
 
-DATA = Path(__file__).parents[1] / "data"
 BUILDERS = [folded_hypl_hy, convex_ellipsoid_pair, paraboloid_pair, direct_ellipsoid_pair]
 
 

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from closed_forms import convex_ellipsoid_pair, direct_ellipsoid_pair, folded_hypl_hy, half_tangent, paraboloid_pair
 
 from designer.design import Design
 from designer.evaluate.depth import depth_error_rms_second_order, stereo_pair_of, volume_of, worst_depth_error
-from designer.verify.montecarlo import depth_error_by_distance, depth_error_monte_carlo, project
+from designer.trace.aiming import project
+from designer.verify.montecarlo import depth_error_by_distance, depth_error_monte_carlo
+from support.closed_forms import (
+    convex_ellipsoid_pair,
+    direct_ellipsoid_pair,
+    folded_hypl_hy,
+    half_tangent,
+    paraboloid_pair,
+)
 
 DESIGNS = [folded_hypl_hy, convex_ellipsoid_pair, paraboloid_pair, direct_ellipsoid_pair]
 

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from closed_forms import (
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from designer.design import Design, read_design
+from designer.verify.verdict import Verdict, describe, judge
+from support import DATA
+from support.closed_forms import (
     convex_ellipsoid_pair,
     direct_ellipsoid_pair,
     folded_hypl_hy,
     half_tangent,
     paraboloid_pair,
 )
-from hypothesis import given, settings
-from hypothesis import strategies as st
-
-from designer.design import Design, read_design
-from designer.verify.verdict import Verdict, describe, judge
-
-DATA = Path(__file__).parents[1] / "data"
 
 
 def changed(design: Design, mirror: str | None = None, camera: dict[str, Any] | None = None, **values: Any) -> Design:

@@ -16,11 +16,11 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
 from designer.design import Design
-from designer.imaging.calibration import robust_deviation
-from designer.imaging.check import LARGEST_ERROR_RATIO, LEAST_ERROR_RATIO
-from designer.imaging.cloud import heights_at_every_distance
-from designer.report.checked import CheckedDesign
+from designer.imaging.endtoend.check import LARGEST_ERROR_RATIO, LEAST_ERROR_RATIO
+from designer.imaging.endtoend.noise import robust_deviation
+from designer.imaging.stereo.cloud import heights_at_every_distance
 from designer.report.figures.style import BLUE, INK, LIGHT_GREY, VERMILLION, length_unit, new_figure
+from designer.study.checked import CheckedDesign
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]

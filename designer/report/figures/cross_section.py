@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from designer.design import Design, Mirror, View
-from designer.evaluate.mirrors import surface_of
+from designer.evaluate.fabrication import surface_of
 from designer.report.figures.style import GREY, HALO, INK, LIGHT_GREY, VIEW_COLOUR, VIEW_LINE, new_figure
-from designer.verify.tracer import meridional_rays
+from designer.trace.aiming import meridional_rays
 
 SCALES = (0.5, 0.75, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 20.0, 30.0, 50.0)
 """Reductions 1 : n in which drawings are made, the first that fits."""

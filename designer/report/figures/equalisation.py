@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from designer.imaging.experiment import METHODS, Method
+from designer.imaging.endtoend.equalisation_experiment import METHODS, Method
 from designer.report.figures.style import GREY, HALO, INK, LIGHT_GREY, new_figure
 
 METHOD_NAMES: dict[Method, str] = {

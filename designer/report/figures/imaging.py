@@ -10,13 +10,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 
 from designer.evaluate.resolution import VIEW_NAMES, ViewName
-from designer.imaging.cloud import FloorPlan, view_of_cloud
-from designer.imaging.equalisation import factors_of_rows
-from designer.imaging.experiment import Comparison
-from designer.imaging.matching import Matches, Outcome
-from designer.imaging.panorama import AZIMUTH_PADDING, Image, PanoramaGrid
-from designer.imaging.reconstruction import PointCloud
-from designer.imaging.sensor import Sensor
+from designer.imaging.endtoend.equalisation_experiment import EqualisationComparison
+from designer.imaging.stereo.cloud import FloorPlan, view_of_cloud
+from designer.imaging.stereo.equalisation import factors_of_rows
+from designer.imaging.stereo.matching import Matches, MatchOutcome
+from designer.imaging.stereo.panorama import AZIMUTH_PADDING, Image, PanoramaGrid
+from designer.imaging.stereo.reconstruction import PointCloud
+from designer.imaging.stereo.rig import StereoRig
 from designer.report.figures.equalisation import METHOD_NAMES
 from designer.report.figures.style import VIEW_COLOUR, new_figure
 
@@ -34,7 +34,7 @@ def draw_raw(raw: Image, width_mm: float) -> Figure:
     return figure
 
 
-def draw_kernels(sensor: Sensor, raw: Image, width_mm: float) -> Figure:
+def draw_kernels(rig: StereoRig, raw: Image, width_mm: float) -> Figure:
     """Draw a raw image and, enlarged, one standard deviation of the equalising kernels in both views (figure 5).
 
     Raises
@@ -42,19 +42,19 @@ def draw_kernels(sensor: Sensor, raw: Image, width_mm: float) -> Figure:
     ValueError
         The sensor does not equalise.
     """
-    if sensor.sigma_px is None:
+    if rig.sigma_px is None:
         raise ValueError("the sensor samples bilinearly: there are no kernels to draw")
     figure = draw_raw(raw, width_mm)
     (axes,) = figure.axes
-    near, far = sensor.design.working_volume.distance_mm
-    inner: ViewName = "upper" if sensor.design.views.upper.zone == "inner" else "lower"
-    factors = factors_of_rows(sensor.grid, sensor.images, inner, 2.0 / (1.0 / near + 1.0 / far))
+    near, far = rig.design.working_volume.distance_mm
+    inner: ViewName = "upper" if rig.design.views.upper.zone == "inner" else "lower"
+    factors = factors_of_rows(rig.grid, rig.images, inner, 2.0 / (1.0 / near + 1.0 / far))
     for view in VIEW_NAMES:
-        for row in np.linspace(0.12, 0.88, 3) * (sensor.grid.rows - 1):
-            slope = float(sensor.grid.slope(view, row))
+        for row in np.linspace(0.12, 0.88, 3) * (rig.grid.rows - 1):
+            slope = float(rig.grid.slope(view, row))
             for azimuth in np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False):
-                u, v = sensor.images[view].pixel_of(slope, azimuth)
-                size = 2.0 * KERNELS_ENLARGED * sensor.sigma_px
+                u, v = rig.images[view].pixel_of(slope, azimuth)
+                size = 2.0 * KERNELS_ENLARGED * rig.sigma_px
                 radial, circular = (getattr(factors[view], way)[round(row)] * size for way in ("radial", "circular"))
                 turn = float(np.degrees(azimuth))
                 axes.add_patch(
@@ -87,7 +87,7 @@ def disparity_colours(matches: Matches) -> Image:
     return colours
 
 
-def draw_comparison(compared: Comparison, columns: slice, width_mm: float) -> Figure:
+def draw_comparison(compared: EqualisationComparison, columns: slice, width_mm: float) -> Figure:
     """Draw a stretch of azimuths, and what reverse verification rejected there in black (figure 10).
 
     Top: disparities; middle: the upper panorama; bottom: the lower one. Titles count the whole panorama.
@@ -99,7 +99,7 @@ def draw_comparison(compared: Comparison, columns: slice, width_mm: float) -> Fi
         rejected = 100.0 * compared.rejected[method] / everywhere
         colours = disparity_colours(matches)
         # Only what reverse verification rejected stays black; what was dropped otherwise is grey.
-        colours[(matches.outcomes.T != Outcome.REVERSE_CHECK) & ~np.isfinite(matches.disparities.T)] = 150
+        colours[(matches.outcomes.T != MatchOutcome.REVERSE_CHECK) & ~np.isfinite(matches.disparities.T)] = 150
         inner = slice(columns.start + AZIMUTH_PADDING, columns.stop + AZIMUTH_PADDING)
         pictures = (colours[:, columns], compared.upper[method][inner].T, compared.lower[method][inner].T)
         for axes, picture in zip(grid[:, place], pictures, strict=True):

@@ -14,8 +14,8 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
 from designer.report.figures.style import BLUE, GREY, HALO, INK, SERIES, VERMILLION, new_figure
-from designer.report.folder import FrontPoint, Row
-from designer.report.typesetting.markup import DASH
+from designer.report.typst.markup import DASH
+from designer.study.results import FrontPoint, Row
 
 AXIS_LABEL = {"height_mm": "height of the mirror system (mm)", "diameter_mm": "diameter of the mirror system (mm)"}
 CLUSTER_DISTANCE_MM = 2.6

@@ -10,16 +10,16 @@ import pandas as pd
 
 from designer.configurations import Configuration
 from designer.design import Design
-from designer.evaluate.summary import evaluate_design
+from designer.evaluate.score import evaluate_design
 from designer.files import InputError
-from designer.optimise.descent import Candidate
 from designer.optimise.multipliers import KEYS, first_stage_multipliers
+from designer.optimise.multistart import Candidate
 from designer.optimise.search import recall
 from designer.requirement import Requirement
 from designer.study.record import record_of
 from designer.study.sweep.definition import requirement_at
 from designer.study.sweep.export import requirement_of
-from designer.study.sweep.point import read_trails
+from designer.study.sweep.point import read_warm_starts
 from designer.study.sweep.store import read_store
 
 
@@ -65,7 +65,7 @@ def _recalled(folder: Path, point: int, name: str) -> tuple[Requirement, Candida
             raise InputError(f"{folder}: {name} has no feasible design at point {point}")
         tasks = connection.execute("SELECT trails FROM tasks WHERE point = ?", (point,)).fetchall()
     requirement = requirement_at(base, json.loads(asked[0]))
-    known = {found: trails for (text,) in tasks for found, trails in read_trails(text).items()}
+    known = {found: trails for (text,) in tasks for found, trails in read_warm_starts(text).items()}
     goals = requirement.objective
     pairs = [recall(requirement, configuration, trail) for trail in known.get(name, []) if trail.is_feasible]
     smallest = [second for _, second in pairs if second is not None]

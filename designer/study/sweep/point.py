@@ -14,9 +14,9 @@ from typing import Any
 from designer.configurations import Configuration
 from designer.design import Design
 from designer.evaluate.depth import FIRST_ORDER_BOUND, noise_mm_of, stereo_pair_of, volume_of, worst_depth_error
-from designer.optimise.box import limit_of
-from designer.optimise.menu import Separators
-from designer.optimise.search import SearchResult, Trail, search
+from designer.optimise.bounds import limit_of
+from designer.optimise.search import SearchResult, WarmStart, search
+from designer.optimise.separating_directions import Separators
 from designer.requirement import Requirement
 from designer.study.record import record_of
 from designer.study.sweep.definition import requirement_at
@@ -57,7 +57,7 @@ def solve_task(base: Requirement, coordinates: dict[str, float], chunk: int, par
     """
     started = time.perf_counter()
     requirement = requirement_at(base, coordinates)
-    known = read_trails(parent) if parent is not None else {}
+    known = read_warm_starts(parent) if parent is not None else {}
     rows, trails = [], {}
     for configuration in chunks_of(base)[chunk]:
         row, found = _solve(requirement, configuration, known.get(configuration.name, []))
@@ -66,14 +66,14 @@ def solve_task(base: Requirement, coordinates: dict[str, float], chunk: int, par
     return TaskResult(rows, json.dumps(trails, separators=(",", ":")), time.perf_counter() - started)
 
 
-def read_trails(text: str) -> dict[str, list[Trail]]:
+def read_warm_starts(text: str) -> dict[str, list[WarmStart]]:
     """Trails by configuration, from the JSON of a task."""
     return {name: [_trail(item) for item in items] for name, items in json.loads(text).items()}
 
 
 def _solve(
-    requirement: Requirement, configuration: Configuration, parent: list[Trail]
-) -> tuple[dict[str, Any], tuple[Trail, ...]]:
+    requirement: Requirement, configuration: Configuration, parent: list[WarmStart]
+) -> tuple[dict[str, Any], tuple[WarmStart, ...]]:
     """One configuration as a row of the table, and its trails; never raises."""
     row: dict[str, Any] = {"configuration": configuration.name}
     try:
@@ -100,7 +100,7 @@ def _scores(result: SearchResult, record: Design) -> dict[str, Any]:
     best, first = result.best, result.first
     values, problem = best.values, best.problem
     worst = worst_depth_error(stereo_pair_of(record), volume_of(record), noise_mm_of(record))
-    limit = float(limit_of(problem.variant, problem.rules, values["baseline"], values["principal_distance"]))
+    limit = float(limit_of(problem.variant, problem.specification, values["baseline"], values["principal_distance"]))
     return {
         "depth_error_rms": best.goals["depth_error"],
         "depth_error_worst": worst,
@@ -121,9 +121,9 @@ def _scores(result: SearchResult, record: Design) -> dict[str, Any]:
     }
 
 
-def _trail(item: dict[str, Any]) -> Trail:
+def _trail(item: dict[str, Any]) -> WarmStart:
     known = {name: _separators(item[name]) for name in ("separators", "second_separators")}
-    return Trail(**(item | known))
+    return WarmStart(**(item | known))
 
 
 def _separators(chosen: dict[str, list[int]] | None) -> Separators | None:

@@ -1,0 +1,218 @@
+"""Everything that can be said about one design without tracing a ray, as plain JSON values."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel
+
+from designer.design import Design
+from designer.evaluate.depth import (
+    FIRST_ORDER_BOUND,
+    SECOND_ORDER_BOUND,
+    StereoPair,
+    Volume,
+    depth_error_rms,
+    depth_error_rms_second_order,
+    disparity_steps,
+    noise_mm_of,
+    point_covariance,
+    second_order,
+    stereo_pair_of,
+    volume_of,
+    worst_depth_error,
+)
+from designer.evaluate.fabrication import MirrorShape, mirror_shape, overall_diameter_mm, overall_height_mm
+from designer.evaluate.fabrication_notes import fabrication_notes_on
+from designer.evaluate.limit import Arrangement, ImageBounds, depth_error_limit, limit_gains
+from designer.evaluate.resolution import (
+    VIEW_NAMES,
+    angular_resolution_px_per_deg,
+    azimuthal_resolution_px_per_deg,
+    image_rims,
+    image_zones,
+    quantisation_error_rms,
+    smallest_object,
+)
+from designer.files import InputError
+from designer.optics.view import elevation_tangents_of_views, half_angle_tangent
+
+# Powers and products of numbers within these sizes stay finite.
+SMALLEST_NUMBER, LARGEST_NUMBER = 1e-15, 1e15
+# Standard deviation of a number rounded to the nearest whole one.
+ROUNDING_NOISE_PX = 1.0 / math.sqrt(12.0)
+
+
+def evaluate_design(design: Design) -> dict[str, Any]:
+    """Score a design and describe its views and mirrors; nothing is traced.
+
+    Parameters
+    ----------
+    design
+        Any design record, also one typed in by hand, whatever its score says.
+
+    Returns
+    -------
+    Plain JSON values. ``depth_error_rms`` is the score; it and ``depth_error_worst`` are first order, and valid (2
+    percent) if ``first_order_valid``; their ``_second_order`` companions if ``second_order_valid``; beyond that only a
+    Monte Carlo is honest. ``depth_error_limit`` and ``limit_ratio`` are None where the outer zone leaves no room for
+    the inner one; lengths and errors that would be infinite are None. ``zones_px`` are the image radii of the
+    elevations asked of each view, ``rims_px`` those of the edges of the first mirror on its path. ``remarks`` are
+    sentences for who orders the mirrors.
+
+    Raises
+    ------
+    InputError
+        The design cannot be scored: a number of absurd size, no baseline, no gain, an inverted or empty volume, a view
+        whose rays would reach the pinhole from behind, or a mirror cut beyond its equator.
+    """
+    check_scorable(design)
+    with np.errstate(all="ignore"):
+        return _summary(design)
+
+
+def _summary(design: Design) -> dict[str, Any]:
+    pair, volume, noise_mm = stereo_pair_of(design), volume_of(design), noise_mm_of(design)
+    score = float(depth_error_rms(pair, volume, noise_mm))
+    worst = worst_depth_error(pair, volume, noise_mm)
+    limit = limit_of_design(design)
+    return {
+        "depth_error_rms": _finite(score),
+        "depth_error_worst": _finite(worst),
+        "first_order_valid": worst <= FIRST_ORDER_BOUND,
+        "depth_error_rms_second_order": _finite(depth_error_rms_second_order(pair, volume, noise_mm)),
+        "depth_error_worst_second_order": _finite(second_order(worst)),
+        "second_order_valid": worst <= SECOND_ORDER_BOUND,
+        "depth_error_limit": limit,
+        "limit_ratio": None if limit is None else _finite(score / limit),
+        "quantisation": _quantisation(design, pair, volume),
+        "points": [_at_point(design, pair, volume, distance) for distance in design.working_volume.distance_mm],
+        "resolution": {name: _resolution(design, name) for name in VIEW_NAMES},
+        "zones_px": {name: list(zone) for name, zone in image_zones(design).items()},
+        "rims_px": {name: [_finite(radius) for radius in rims] for name, rims in image_rims(design).items()},
+        "mirrors": [_mirror_row(mirror_shape(design, mirror.name)) for mirror in design.mirrors],
+        "height_mm": overall_height_mm(design),
+        "diameter_mm": overall_diameter_mm(design),
+        "remarks": fabrication_notes_on(design),
+    }
+
+
+def check_scorable(design: Design) -> None:
+    """Raise InputError, naming key and value, for a design whose numbers describe no stereo pair."""
+    _check_sizes(design)
+    low, high = design.working_volume.elevation_deg
+    near, far = design.working_volume.distance_mm
+    if design.baseline_mm <= 0:
+        raise InputError(f"baseline_mm = {design.baseline_mm:g}: must be above zero")
+    if not -90 < low < high < 90:
+        raise InputError(f"working_volume.elevation_deg = [{low:g}, {high:g}]: must rise, between -90 and 90")
+    if not 0 < near < far:
+        raise InputError(f"working_volume.distance_mm = [{near:g}, {far:g}]: must rise, from above zero")
+    slopes = (math.tan(math.radians(low)), math.tan(math.radians(high)))
+    ranges = elevation_tangents_of_views(slopes, (near, far), design.baseline_mm)
+    for name, view, from_volume in zip(VIEW_NAMES, (design.views.upper, design.views.lower), ranges, strict=True):
+        if view.gain == 0:
+            raise InputError(f"views.{name}.gain = 0: must not be zero")
+        if not -90 < view.elevation_deg[0] < view.elevation_deg[1] < 90:
+            raise InputError(f"views.{name}.elevation_deg = {list(view.elevation_deg)}: must rise, between -90 and 90")
+        ends = [*from_volume, *(math.tan(math.radians(end)) for end in view.elevation_deg)]
+        if any(abs(view.gain) * half_angle_tangent(end, view.sense) >= 1 for end in ends):
+            raise InputError(f"views.{name}.gain = {view.gain:g}: its rays would reach the pinhole from behind")
+
+
+def _check_sizes(part: object, key: str = "") -> None:
+    """Refuse the first number of a record, the score and unknown keys aside, that no optics has."""
+    if isinstance(part, BaseModel):
+        for name in type(part).model_fields:
+            _check_sizes(getattr(part, name), f"{key}.{name}" if key else name)
+    elif isinstance(part, tuple):
+        for index, entry in enumerate(part):
+            _check_sizes(entry, f"{key}.{index}")
+    elif isinstance(part, float) and part and not SMALLEST_NUMBER <= abs(part) <= LARGEST_NUMBER:
+        raise InputError(f"{key} = {part:g}: must be zero or from {SMALLEST_NUMBER:g} to {LARGEST_NUMBER:g} in size")
+
+
+def limit_of_design(design: Design) -> float | None:
+    """The closed-form limit at the design's own baseline, principal distance, zones and gap; None if no room."""
+    camera = design.camera
+    arrangement = Arrangement(
+        sense_lower=design.views.lower.sense,
+        sense_upper=design.views.upper.sense,
+        outer_view="upper" if design.views.upper.zone == "outer" else "lower",
+    )
+    bounds = ImageBounds(camera.image_radius_mm, design.zone_gap_px * camera.pixel_pitch_mm)
+    at = (arrangement, volume_of(design), design.baseline_mm, camera.focal_length_mm, bounds)
+    if min(limit_gains(*at)) <= 0:
+        return None
+    return float(depth_error_limit(*at, noise_mm_of(design)))
+
+
+def _quantisation(design: Design, pair: StereoPair, volume: Volume) -> dict[str, float | None]:
+    """Whole-pixel rounding by brute force beside first order at the same noise: the two should agree."""
+    first_order = float(depth_error_rms(pair, volume, ROUNDING_NOISE_PX * design.camera.pixel_pitch_mm))
+    return {"brute_force_rms": _finite(quantisation_error_rms(design)), "first_order_rms": _finite(first_order)}
+
+
+def _at_point(design: Design, pair: StereoPair, volume: Volume, distance: float) -> dict[str, float | None]:
+    """Standard deviations, disparity steps and the smallest object at mid-elevation and one distance."""
+    slope = math.tan((volume.elevations[0] + volume.elevations[1]) / 2.0)
+    deviations = np.sqrt(np.diagonal(point_covariance(pair, slope, distance, noise_mm_of(design))))
+    steps = disparity_steps(pair, slope, distance, design.camera.pixel_pitch_mm)
+    smallest = smallest_object(design, distance)
+    return {
+        "distance_mm": distance,
+        "sigma_distance_mm": _finite(deviations[0]),
+        "sigma_height_mm": _finite(deviations[1]),
+        "sigma_azimuth_deg": _finite(math.degrees(deviations[2])),
+        "disparity_step_lower_mm": _finite(steps[0]),
+        "disparity_step_upper_mm": _finite(steps[1]),
+        "smallest_object_height_mm": _finite(smallest.height_mm),
+        "smallest_object_width_mm": _finite(smallest.width_mm),
+    }
+
+
+def _resolution(design: Design, view_name: str) -> list[dict[str, float]]:
+    """Resolution at the lowest, middle and highest elevation of one view."""
+    view = design.views.upper if view_name == "upper" else design.views.lower
+    low, high = view.elevation_deg
+    elevations = np.array([low, (low + high) / 2.0, high])
+    radial = angular_resolution_px_per_deg(design, view_name, elevations)
+    azimuthal = azimuthal_resolution_px_per_deg(design, view_name, elevations)
+    return [
+        {
+            "elevation_deg": float(elevation),
+            "radial_px_per_deg": float(along),
+            "azimuthal_px_per_deg": float(across),
+        }
+        for elevation, along, across in zip(elevations, radial, azimuthal, strict=True)
+    ]
+
+
+def _mirror_row(shape: MirrorShape) -> dict[str, Any]:
+    """One mirror as a flat row; forms that do not exist for its kind are None."""
+    focal, nayar, axes, eccentricity = shape.focal, shape.baker_nayar, shape.semi_axes, shape.eccentricity
+    return {
+        "name": shape.name,
+        "shape": shape.shape,
+        "diameter_mm": shape.diameter_mm,
+        "sag_mm": shape.sag_mm,
+        "sag_from_vertex_mm": shape.sag_from_vertex_mm,
+        "best_sphere_radius_mm": shape.best_sphere_radius_mm,
+        "sphere_departure_mm": shape.sphere_departure_mm,
+        "slope_deg": list(shape.slope_deg),
+        "mass_g": shape.mass_g,
+        "half_focal_distance_mm": focal.half_focal_distance if focal else None,
+        "inverse_eccentricity": focal.inverse_eccentricity if focal else None,
+        "baker_nayar_k": nayar.k if nayar else None,
+        "semi_axis_a_mm": axes.a if axes else None,
+        "semi_axis_b_mm": axes.b if axes else None,
+        "eccentricity": eccentricity.eccentricity if eccentricity else None,
+        "semi_latus_rectum_mm": eccentricity.semi_latus_rectum if eccentricity else None,
+    }
+
+
+def _finite(value: Any) -> float | None:
+    number = float(value)
+    return number if math.isfinite(number) else None

@@ -1,0 +1,1 @@
+"""A design rendered, matched and reconstructed, against the truth."""

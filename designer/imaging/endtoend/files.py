@@ -1,0 +1,56 @@
+"""A check's folder: what an end-to-end check saw and measured, for the report and for anyone else.
+
+``raw.png`` (what the camera recorded), ``upper.png`` and ``lower.png`` (panoramas), ``check.npz`` (maps of the upper
+panorama, (rows, columns)) and ``check.json`` (the verdict), written last.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+
+import numpy as np
+
+from designer.design import Design
+from designer.files import write_atomically
+from designer.imaging.endtoend.check import EndToEndCheck, summarise_check
+from designer.imaging.files import write_arrays, write_image
+
+VERDICT = "check.json"
+
+
+def write_check(check: EndToEndCheck, folder: Path) -> None:
+    """Write a check's folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / VERDICT).unlink(missing_ok=True)
+    write_image(folder / "raw.png", check.raw)
+    write_image(folder / "upper.png", check.upper)
+    write_image(folder / "lower.png", check.lower)
+    grid = check.rig.grid
+    rows = np.arange(grid.rows)
+    write_arrays(
+        folder / "check.npz",
+        {
+            "disparity": check.matches.disparities.T.astype(np.float16),
+            "outcome": check.matches.outcomes.T,
+            "distance_mm": check.matches.distances_mm.T.astype(np.float32),
+            "true_distance_mm": check.true_distance_mm.T.astype(np.float32),
+            "predicted": check.predicted.T.astype(np.float16),
+            "both_see": check.both_see.T,
+            "azimuth_deg": np.degrees(grid.azimuth(np.arange(grid.columns))),
+            "elevation_upper_deg": np.degrees(np.arctan(grid.slope("upper", rows))),
+            "elevation_lower_deg": np.degrees(np.arctan(grid.slope("lower", rows))),
+        },
+    )
+    verdict = summarise_check(check) | {
+        "design_sha256": fingerprint(check.rig.design),
+        "outcomes": check.matches.fractions,
+    }
+    write_atomically(folder / VERDICT, json.dumps(verdict, indent=2, allow_nan=False) + "\n")
+
+
+def fingerprint(design: Design) -> str:
+    """A hash of a design's content, which tells whether a check belongs to it."""
+    content = json.dumps(design.model_dump(mode="json", by_alias=True), sort_keys=True)
+    return hashlib.sha256(content.encode()).hexdigest()

@@ -1,0 +1,1 @@
+"""What a camera records: scenes, textures, the pupil of the lens, the detector."""

@@ -1,0 +1,40 @@
+"""From radiance to the numbers that a camera's detector writes: shot noise, read noise, quantisation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from designer.imaging.render.textures import Floats
+
+Pixels = NDArray[np.uint8] | NDArray[np.uint16]
+
+
+@dataclass(frozen=True, slots=True)
+class Detector:
+    """A detector that radiance 1 just fills.
+
+    ``read_noise_electrons`` is the standard deviation of the noise in the dark. ``full_well_electrons`` sets the shot
+    noise: a pixel of radiance L collects L times as many electrons, and their number varies by its square root.
+    """
+
+    full_well_electrons: float = 10_000.0
+    read_noise_electrons: float = 8.0
+    has_shot_noise: bool = True
+
+
+def expose(image: Floats, detector: Detector | None = None, bits: Literal[8, 16] = 8, seed: int = 0) -> Pixels:
+    """The raw image (h, w) of a radiance image, in ``bits`` bits; without noise if no detector is given."""
+    signal = image.astype(np.float64)
+    if detector is not None:
+        random = np.random.default_rng([seed, 0x5E45])
+        electrons = signal * detector.full_well_electrons
+        variance = detector.read_noise_electrons**2 + (electrons if detector.has_shot_noise else 0.0)
+        # Thousands of electrons: the Poisson distribution is Gaussian to the eye of an 8-bit converter.
+        signal = (electrons + np.sqrt(variance) * random.standard_normal(signal.shape)) / detector.full_well_electrons
+    full_scale = 2**bits - 1
+    levels = np.clip(np.rint(signal * full_scale), 0, full_scale)
+    return np.asarray(levels, dtype=np.uint8) if bits == 8 else np.asarray(levels, dtype=np.uint16)

@@ -1,0 +1,195 @@
+"""Everything that one raw image gives, and the folder that holds it.
+
+The folder: ``upper.png`` and ``lower.png`` (panoramas), ``disparity.png`` (for the eye), ``outcomes.png`` (why pixels
+were dropped, by colour), ``depth.png`` (16 bits), ``stereo.npz`` (the same as numbers), ``points.ply``,
+``floor_plan.png`` and ``summary.json``, written last: a folder without it was not finished.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import sys
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from designer import __version__
+from designer.design import Design
+from designer.files import write_atomically
+from designer.imaging.files import write_arrays, write_image, write_ply
+from designer.imaging.stereo.cloud import FloorPlan, floor_plan, heights_at_every_distance
+from designer.imaging.stereo.matching import ACCURATE_OPTIONS, Matcher, Matches, MatchOutcome
+from designer.imaging.stereo.panorama import DEFAULT_COLUMNS, Image, Sampling
+from designer.imaging.stereo.placement import ImagePlacement
+from designer.imaging.stereo.reconstruction import PointCloud, reconstruct
+from designer.imaging.stereo.rig import StereoRig, build_rig, match_image, panoramas
+
+SUMMARY = "summary.json"
+# Blue, green, red of each outcome in outcomes.png; kept pixels are white. Legible to the colour-blind.
+OUTCOME_COLOURS = {
+    MatchOutcome.KEPT: (255, 255, 255),
+    MatchOutcome.OUTSIDE_ZONE: (0, 0, 0),
+    MatchOutcome.NO_TEXTURE: (153, 153, 153),
+    MatchOutcome.BORDER: (66, 228, 240),
+    MatchOutcome.OUT_OF_RANGE: (0, 159, 230),
+    MatchOutcome.REVERSE_CHECK: (0, 94, 213),
+    MatchOutcome.SPECKLE: (178, 114, 0),
+    MatchOutcome.UNLIKE: (167, 121, 204),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class StereoRequest:
+    """What was asked of one raw image; see :func:`designer.imaging.stereo.rig.build_rig` and the matching options."""
+
+    placement: ImagePlacement | None = None
+    sampling: Sampling = "spherical"
+    columns: int = DEFAULT_COLUMNS
+    elevation_deg: tuple[float, float] | None = None
+    distances_mm: tuple[float, float] | None = None
+    matcher: Matcher = "sad"
+    window: int = 9
+    equalise: bool = True
+    level_brightness: bool = False
+    noise_px: float | None = None
+    slab_mm: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StereoResult:
+    """What one raw image gave."""
+
+    rig: StereoRig
+    upper: Image
+    lower: Image
+    matches: Matches
+    cloud: PointCloud
+    plan: FloorPlan
+
+
+def process(design: Design, raw: Image, request: StereoRequest) -> StereoResult:
+    """Take one raw image all the way to a point cloud and a floor plan."""
+    rig = build_rig(
+        design,
+        sampling=request.sampling,
+        columns=request.columns,
+        elevation_deg=request.elevation_deg,
+        placement=request.placement,
+        distances_mm=request.distances_mm,
+        equalise=request.equalise,
+    )
+    options = replace(
+        ACCURATE_OPTIONS,
+        matcher=request.matcher,
+        window=request.window,
+        level_brightness=request.level_brightness,
+    )
+    matches = match_image(rig, raw, options)
+    pair = panoramas(rig, raw)
+    cloud = reconstruct(design, rig.grid, matches.disparities, pair["upper"], request.noise_px)
+    plan = floor_plan(cloud, request.slab_mm or heights_at_every_distance(design), rig.search.distances_mm[1])
+    return StereoResult(rig, pair["upper"], pair["lower"], matches, cloud, plan)
+
+
+def write_results(
+    result: StereoResult, request: StereoRequest, folder: Path, inputs: Mapping[str, Path]
+) -> dict[str, Any]:
+    """Write the folder of results and return its summary. ``inputs`` are the files that it was made from."""
+    folder.mkdir(parents=True, exist_ok=True)
+    # An earlier run's must not vouch for what this one leaves if it is interrupted.
+    (folder / SUMMARY).unlink(missing_ok=True)
+    unit_mm = _depth_unit_mm(result.rig.search.distances_mm[1])
+    write_image(folder / "upper.png", result.upper)
+    write_image(folder / "lower.png", result.lower)
+    write_image(folder / "disparity.png", disparity_picture(result.matches))
+    write_image(folder / "outcomes.png", outcome_picture(result.matches))
+    write_image(folder / "depth.png", _depth_picture(result.matches, unit_mm))
+    write_image(folder / "floor_plan.png", result.plan.picture())
+    write_ply(folder / "points.ply", result.cloud)
+    grid = result.rig.grid
+    rows = np.arange(grid.rows)
+    write_arrays(
+        folder / "stereo.npz",
+        {
+            "disparity": result.matches.disparities.T,
+            "distance_mm": result.matches.distances_mm.T,
+            "outcome": result.matches.outcomes.T,
+            "azimuth_deg": np.degrees(grid.azimuth(np.arange(grid.columns))),
+            "elevation_upper_deg": np.degrees(np.arctan(grid.slope("upper", rows))),
+            "elevation_lower_deg": np.degrees(np.arctan(grid.slope("lower", rows))),
+        },
+    )
+    summary = _summary(result, request, inputs, unit_mm)
+    write_atomically(folder / SUMMARY, json.dumps(summary, indent=2, allow_nan=False) + "\n")
+    return summary
+
+
+def disparity_picture(matches: Matches) -> Image:
+    """Disparities as grey, (rows, columns): near is bright, dropped is black."""
+    known = np.isfinite(matches.disparities)
+    if not known.any():
+        return np.zeros(matches.disparities.T.shape, np.uint8)
+    low, high = np.percentile(matches.disparities[known], (0.5, 99.5))
+    grey = 40.0 + 215.0 * np.clip((matches.disparities - low) / max(float(high - low), 1e-6), 0.0, 1.0)
+    return np.where(known, np.nan_to_num(np.rint(grey)), 0).astype(np.uint8).T
+
+
+def outcome_picture(matches: Matches) -> Image:
+    """What became of each pixel, by colour, (rows, columns, 3) in OpenCV's order."""
+    palette = np.array([OUTCOME_COLOURS[outcome] for outcome in MatchOutcome], np.uint8)
+    return np.asarray(palette[matches.outcomes.T])
+
+
+def _depth_picture(matches: Matches, unit_mm: float) -> NDArray[np.uint16]:
+    """Distances in whole units, (rows, columns); 0 where dropped."""
+    return np.asarray(np.rint(np.nan_to_num(matches.distances_mm.T / unit_mm)), dtype=np.uint16)
+
+
+def _depth_unit_mm(far_mm: float) -> float:
+    """The smallest of ... 0.01, 0.1, 1, 10 ... mm with which the farthest distance fits into 16 bits."""
+    return float(10.0 ** np.ceil(np.log10(far_mm / 65535.0)))
+
+
+def _summary(
+    result: StereoResult, request: StereoRequest, inputs: Mapping[str, Path], unit_mm: float
+) -> dict[str, Any]:
+    cloud, grid = result.cloud, result.rig.grid
+    relative = cloud.sigma_distance_mm / np.hypot(*cloud.positions_mm[:, :2].T)
+    known = len(relative) > 0
+    return {
+        "configuration": result.rig.design.configuration,
+        "points": len(cloud.positions_mm),
+        "outcomes": result.matches.fractions,
+        "median_distance_mm": float(np.nanmedian(result.matches.distances_mm)) if known else None,
+        "median_relative_sigma_distance": float(np.median(relative)) if known else None,
+        "depth_png_unit_mm": unit_mm,
+        "distances_mm": list(result.rig.search.distances_mm),
+        "floor_plan": {"heights_mm": list(result.plan.heights_mm), "extent_mm": result.plan.extent_mm},
+        "panorama": {"rows": grid.rows, "columns": grid.columns, "sampling": grid.sampling},
+        "equalisation_sigma_px": result.rig.sigma_px,
+        "request": asdict(request),
+        "provenance": {
+            "designer": __version__,
+            "versions": {
+                "python": platform.python_version(),
+                "numpy": np.__version__,
+                "scipy": version("scipy"),
+                "opencv": cv2.__version__,
+            },
+            "inputs": {
+                name: {"file": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
+                for name, path in inputs.items()
+            },
+            "command": " ".join(["designer", *sys.argv[1:]]),
+            "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+        },
+    }

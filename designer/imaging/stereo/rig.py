@@ -1,0 +1,145 @@
+"""A finished design as a stereo sensor: tables built once, then raw images to panoramas, matches and points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from designer.design import Design
+from designer.evaluate.resolution import VIEW_NAMES, ViewName
+from designer.files import InputError
+from designer.imaging.stereo.equalisation import (
+    Equaliser,
+    build_equaliser,
+    equalised_scan_lines,
+    factors_of_rows,
+    reference_sigma_px,
+)
+from designer.imaging.stereo.matching import DEFAULT_OPTIONS, Matches, MatchingOptions, SearchRange, match, search_range
+from designer.imaging.stereo.panorama import (
+    DEFAULT_COLUMNS,
+    Image,
+    LookUp,
+    PanoramaGrid,
+    Sampling,
+    look_up,
+    panorama_grid,
+    panorama_of,
+    scan_lines,
+    view_images,
+)
+from designer.imaging.stereo.placement import ImagePlacement, ViewImage
+from designer.imaging.stereo.reconstruction import PointCloud, reconstruct
+
+# How far beyond the working volume, as a factor of distance, a match is still believed.
+RANGE_MARGIN = 1.1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StereoRig:
+    """Everything about a design that processing an image needs, built once by :func:`build_rig`.
+
+    ``imaged`` is None where every sample of both panoramas is imaged, else which ones are, upper and lower.
+    ``equalisers`` is None for plain bilinear sampling; ``sigma_px`` is then None too.
+    """
+
+    design: Design
+    grid: PanoramaGrid
+    images: dict[ViewName, ViewImage]
+    tables: dict[ViewName, LookUp]
+    search: SearchRange
+    imaged: tuple[NDArray[np.bool_], NDArray[np.bool_]] | None
+    equalisers: dict[ViewName, Equaliser] | None
+    sigma_px: float | None
+
+
+def build_rig(
+    design: Design,
+    sampling: Sampling = "spherical",
+    columns: int = DEFAULT_COLUMNS,
+    elevation_deg: tuple[float, float] | None = None,
+    placement: ImagePlacement | None = None,
+    distances_mm: tuple[float, float] | None = None,
+    equalise: bool = False,
+    sigma_px: float | None = None,
+    reference_distance_mm: float | None = None,
+) -> StereoRig:
+    """Build the tables of a design.
+
+    Parameters
+    ----------
+    sampling, columns, elevation_deg
+        The panoramas' grid: see :func:`designer.imaging.stereo.panorama.panorama_grid`.
+    placement
+        How the real camera's image lies; as designed by default.
+    distances_mm
+        Nearest and farthest distance to look for; the working volume's, with a tenth more at either end, by default.
+    equalise
+        Whether to equalise the resolution of the two views (equation (10)).
+    sigma_px, reference_distance_mm
+        The reference sigma (raw pixels) and the distance at which the two views are compared for equalisation. By
+        default the least sigma without aliasing, and the middle of the working volume in disparity; infinity
+        compares equal elevations, as the paper does.
+
+    Raises
+    ------
+    InputError
+        Neither view images any of the panorama, or the tables would take more memory than they may.
+    """
+    near, far = design.working_volume.distance_mm
+    grid = panorama_grid(design, sampling, columns, elevation_deg)
+    images = view_images(design, placement)
+    search = search_range(grid, design.baseline_mm, distances_mm or (near / RANGE_MARGIN, far * RANGE_MARGIN))
+    tables = {view: look_up(grid, images[view], view) for view in VIEW_NAMES}
+    imaged = (tables["upper"].imaged, tables["lower"].imaged)
+    if not (imaged[0].any() or imaged[1].any()):
+        raise InputError(
+            "neither view's image falls on the sensor: --center, --scale and --elevation-deg must leave some of it"
+        )
+    equalisers = None
+    if equalise:
+        inner: ViewName = "upper" if design.views.upper.zone == "inner" else "lower"
+        factors = factors_of_rows(grid, images, inner, reference_distance_mm or 2.0 / (1.0 / near + 1.0 / far))
+        sigma_px = sigma_px or reference_sigma_px(grid, images, factors)
+        equalisers = {view: build_equaliser(grid, images[view], view, factors[view], sigma_px) for view in VIEW_NAMES}
+    partly = None if imaged[0].all() and imaged[1].all() else imaged
+    return StereoRig(design, grid, images, tables, search, partly, equalisers, sigma_px if equalise else None)
+
+
+def sample(rig: StereoRig, raw: Image) -> dict[ViewName, Image]:
+    """Scan lines of both views of a grey or colour raw image, equalised if the sensor is built so."""
+    if rig.equalisers is None:
+        return {view: scan_lines(raw, table) for view, table in rig.tables.items()}
+    equalisers = rig.equalisers
+    if raw.ndim == 2:
+        return {view: equalised_scan_lines(raw, equaliser) for view, equaliser in equalisers.items()}
+    channels = [np.ascontiguousarray(raw[..., channel]) for channel in range(raw.shape[-1])]
+    return {
+        view: np.stack([equalised_scan_lines(channel, equaliser) for channel in channels], axis=-1)
+        for view, equaliser in equalisers.items()
+    }
+
+
+def in_grey(raw: Image) -> Image:
+    """A raw image as grey, (height, width)."""
+    return raw if raw.ndim == 2 else np.asarray(cv2.cvtColor(raw, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+
+
+def panoramas(rig: StereoRig, raw: Image) -> dict[ViewName, Image]:
+    """Both panoramas, (rows, columns[, 3]), of a raw image."""
+    return {view: panorama_of(lines) for view, lines in sample(rig, raw).items()}
+
+
+def match_image(rig: StereoRig, raw: Image, options: MatchingOptions = DEFAULT_OPTIONS) -> Matches:
+    """Disparities, distances and outcomes of a raw image; colour is matched in grey."""
+    lines = sample(rig, in_grey(raw))
+    return match(rig.grid, rig.search, lines["upper"], lines["lower"], rig.imaged, options)
+
+
+def point_cloud(rig: StereoRig, raw: Image, matches: Matches, noise_px: float | None = None) -> PointCloud:
+    """The point cloud of matches, coloured by the upper panorama of the raw image."""
+    colours = panorama_of(scan_lines(raw, rig.tables["upper"]))
+    return reconstruct(rig.design, rig.grid, matches.disparities, colours, noise_px)

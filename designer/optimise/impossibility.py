@@ -1,0 +1,149 @@
+"""What is impossible by rule, before any search: the reasons are sentences for the report."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from designer.configurations import Configuration, MirrorKind
+from designer.optics.view import elevation_tangents_of_views
+from designer.optimise.bounds import Ranges, limits_at
+from designer.optimise.specification import Specification
+from designer.optimise.variants import Variant, enumerate_variants
+from designer.requirement.coherence import VIEW_OF_MIRROR, inverse_eccentricities, kind_of_conic, radius_signs
+
+_KIND_WORDS = {
+    MirrorKind.PLANE: "plane",
+    MirrorKind.HYPERBOLOID: "hyperboloid",
+    MirrorKind.ELLIPSOID: "ellipsoid",
+    MirrorKind.PARABOLOID: "paraboloid",
+}
+_WITH_ARTICLE = {kind: f"{'an' if word[0] == 'e' else 'a'} {word}" for kind, word in _KIND_WORDS.items()}
+
+
+def why_impossible(variant: Variant, specification: Specification, ranges: Ranges) -> str | None:
+    """The rule that forbids a variant under a requirement, as a sentence; None if none does.
+
+    A concave last mirror sends its light through the viewpoint, so it cannot see a range that contains its own
+    horizon: the ray would have to pass the mirror's own wall. A plane primary sees only what lies above it.
+    """
+    kinds = variant.configuration.mirror_kinds
+    for view in ("lower", "upper"):
+        spans = [_span_deg(specification, baseline, view) for baseline in ranges.baseline]
+        mirror = variant.last_mirror(view)
+        shown = spans[0]
+        if variant.crosses_at_viewpoint(view) and not _can_leave_horizon(spans):
+            concave = kinds[mirror] is MirrorKind.PARABOLOID
+            words = f"a concave {_KIND_WORDS[kinds[mirror]]}" if concave else _WITH_ARTICLE[kinds[mirror]]
+            return (
+                f"{words} cannot see a range that contains its own horizon, and the {view} view "
+                f"must see {shown[0]:.1f} to {shown[1]:.1f} degrees"
+            )
+        if kinds[mirror] is MirrorKind.PLANE and max(low for low, _ in spans) <= 0.0:
+            return (
+                f"a plane primary sees only above its horizon, and the {view} view must see "
+                f"{shown[0]:.1f} to {shown[1]:.1f} degrees"
+            )
+    gains = [
+        min(limits_at(variant, specification, baseline, distance).values())
+        for baseline in ranges.baseline
+        for distance in ranges.principal_distance
+    ]
+    if max(gains) <= 0.0:
+        return "the outer zone and the gap leave no room for the inner zone"
+    return None
+
+
+def why_fixed_conflicts(configuration: Configuration, fixed: Mapping[str, float]) -> str | None:
+    """Why a fixed parameter cannot belong to a configuration; None if it can.
+
+    Parameters
+    ----------
+    configuration
+        One of the 44.
+    fixed
+        Numbers by names such as ``primary.radius_mm`` and ``upper.gain``, which do not exclude each other in general.
+    """
+    kinds = configuration.mirror_kinds
+    mirrors: dict[str, dict[str, float]] = {}
+    views: dict[str, dict[str, float]] = {}
+    for key, value in fixed.items():
+        owner, _, quantity = key.partition(".")
+        of_view = quantity in {"viewpoint_mm", "gain"}
+        (views if of_view else mirrors).setdefault(owner, {})[quantity] = value
+    for name, given in mirrors.items():
+        if name not in kinds:
+            article = "an" if name == "upper" else "a"
+            return f"{article} {name} mirror is given, and the configuration has none"
+        reason = _why_kind_conflicts(configuration, name, given)
+        if reason is not None:
+            return reason
+    for view, given in views.items():
+        reason = _why_view_conflicts(configuration, view, given)
+        if reason is not None:
+            return reason
+    for name, kind in kinds.items():
+        if name in VIEW_OF_MIRROR:
+            ways = inverse_eccentricities(mirrors.get(name, {}), views.get(VIEW_OF_MIRROR[name], {}))
+            for words, q in ways:
+                implied = MirrorKind.ELLIPSOID if q > 1 else MirrorKind.HYPERBOLOID
+                if implied is not kind:
+                    return (
+                        f"the {name} mirror would be {_WITH_ARTICLE[implied]} by {words}, "
+                        f"and the configuration's is {_WITH_ARTICLE[kind]}"
+                    )
+    return None
+
+
+def _why_kind_conflicts(configuration: Configuration, name: str, given: Mapping[str, float]) -> str | None:
+    """Why a mirror cannot be the configuration's: it is of another kind, or curved to the other side."""
+    kinds = configuration.mirror_kinds
+    kind = kinds[name]
+    if kind is MirrorKind.PLANE:
+        curved = given.keys() & {"radius_mm", "conic"}
+        return f"the given {name} mirror is curved, and the configuration's is a plane" if curved else None
+    if "conic" in given and kind is not (its := kind_of_conic(given["conic"])):
+        return (
+            f"the given {name} mirror (conic constant {given['conic']:g}) is {_WITH_ARTICLE[its]}, "
+            f"and the configuration's is {_WITH_ARTICLE[kind]}"
+        )
+    if "radius_mm" not in given:
+        return None
+    pair_of_ellipsoids = kinds.get("primary") is kinds.get("secondary") is MirrorKind.ELLIPSOID
+    signs = radius_signs(name, kind, may_share_focus_below=pair_of_ellipsoids)
+    if math.copysign(1, given["radius_mm"]) in signs:
+        return None
+    return (
+        f"the given {name} mirror has a radius of {given['radius_mm']:g} mm, and that of the configuration's "
+        f"{_KIND_WORDS[kind]} is {'negative' if -1 in signs else 'positive'}"
+    )
+
+
+def _why_view_conflicts(configuration: Configuration, view: str, given: Mapping[str, float]) -> str | None:
+    """Why a view cannot be the configuration's: its image would lie on the other side, or its viewpoint below."""
+    if "gain" in given:
+        signs = {variant.gain_sign(view) for variant in enumerate_variants(configuration)}
+        if math.copysign(1, given["gain"]) not in signs:
+            word = "negative" if -1 in signs else "positive"
+            return f"the given gain of the {view} view is {given['gain']:g}, and the configuration's is {word}"
+    if configuration.family == "direct":
+        if given.get("viewpoint_mm", 1.0) <= 0:
+            return f"the given {view} viewpoint lies below the pinhole, and the mirror that would give it above"
+        if abs(given.get("gain", 0.0)) >= 1:
+            return f"the given gain of the {view} view is {given['gain']:g}, and one mirror alone gives less than 1"
+    return None
+
+
+def _span_deg(specification: Specification, baseline: float, view: str) -> tuple[float, float]:
+    upper, lower = elevation_tangents_of_views(
+        (math.tan(specification.elevation_low), math.tan(specification.elevation_high)),
+        (specification.distance_near, specification.distance_far),
+        baseline,
+    )
+    low, high = upper if view == "upper" else lower
+    return math.degrees(math.atan(low)), math.degrees(math.atan(high))
+
+
+def _can_leave_horizon(spans: list[tuple[float, float]]) -> bool:
+    """Whether at some allowed baseline the range lies wholly on one side: both its ends move one way with it."""
+    return max(low for low, _ in spans) > 0.0 or min(high for _, high in spans) < 0.0

@@ -1,0 +1,82 @@
+"""A requirement as plain numbers for the optimiser: floats for evaluation, symbols for the program."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import astuple, dataclass, fields
+
+from designer.optics.backend import Scalar
+from designer.requirement import Lens, Requirement
+
+
+@dataclass(frozen=True, slots=True)
+class Specification:
+    """Every number of a requirement that geometry depends on, for one of its lenses; mm and radians.
+
+    The ranges of baseline and principal distance are not here: they bound variables.
+    """
+
+    elevation_low: Scalar
+    elevation_high: Scalar
+    distance_near: Scalar
+    distance_far: Scalar
+    envelope_height: Scalar
+    envelope_diameter: Scalar
+    mirror_diameter: Scalar
+    image_radius: Scalar
+    pixel_pitch: Scalar
+    zone_gap: Scalar
+    noise: Scalar
+    nearest_mirror: Scalar
+    body_radius: Scalar
+    lens_radius: Scalar
+    lens_front: Scalar
+    lens_length: Scalar
+    substrate_thickness: Scalar
+    edge_margin: Scalar
+    clearance: Scalar
+    smallest_mirror_radius: Scalar
+    largest_slope: Scalar
+
+    @property
+    def reach_radius(self) -> Scalar:
+        """Outside this radius there is nothing that light could hit."""
+        return self.envelope_diameter + self.body_radius + self.lens_radius
+
+
+SPECIFICATION_NAMES = tuple(field.name for field in fields(Specification))
+
+
+def specification_of(requirement: Requirement, lens: Lens) -> Specification:
+    """The numbers of a requirement with one of its lenses."""
+    low, high = requirement.working_volume.elevation_deg
+    near, far = requirement.working_volume.distance_mm
+    camera, manufacture, envelope = requirement.camera, requirement.manufacture, requirement.envelope
+    return Specification(
+        elevation_low=math.radians(low),
+        elevation_high=math.radians(high),
+        distance_near=near,
+        distance_far=far,
+        envelope_height=envelope.height_mm,
+        envelope_diameter=envelope.diameter_mm,
+        mirror_diameter=envelope.mirror_diameter_mm,
+        image_radius=camera.image_radius_mm,
+        pixel_pitch=camera.pixel_pitch_mm,
+        zone_gap=manufacture.zone_gap_px * camera.pixel_pitch_mm,
+        noise=requirement.noise_px * camera.pixel_pitch_mm,
+        nearest_mirror=camera.nearest_mirror_mm,
+        body_radius=camera.body_radius_mm,
+        lens_radius=lens.radius_mm,
+        lens_front=lens.front_mm,
+        lens_length=lens.length_mm,
+        substrate_thickness=manufacture.substrate_thickness_mm,
+        edge_margin=manufacture.edge_margin_mm,
+        clearance=manufacture.clearance_mm,
+        smallest_mirror_radius=manufacture.smallest_mirror_radius_mm,
+        largest_slope=math.radians(manufacture.largest_slope_deg),
+    )
+
+
+def specification_values(specification: Specification) -> list[float]:
+    """The numbers in the order of ``SPECIFICATION_NAMES``."""
+    return [float(value) for value in astuple(specification)]

@@ -1,0 +1,1 @@
+"""What the report says: its sections, tables and sentences."""

@@ -1,0 +1,106 @@
+"""What a page says about a design beside its drawing: names and values in groups."""
+
+from __future__ import annotations
+
+from designer.design import Design
+from designer.evaluate.resolution import smallest_object
+from designer.report.content.tables import percent, percent_decimals
+from designer.report.typst.markup import DASH, number, plain_number, typographic
+from designer.study.results import Row
+
+Groups = list[tuple[str, list[tuple[str, str]]]]
+
+
+def design_groups(row: Row, design: Design) -> Groups:
+    """Everything about one design, as groups of name and value."""
+    performance, views = winner_groups(row, design)
+    return [performance, ("Size and making", _size_facts(row)), views]
+
+
+def winner_groups(row: Row, design: Design) -> Groups:
+    """How well a design does and what it sees; the verdict has already told its size."""
+    return [
+        ("Performance", [*_performance_facts(row), *_smallest_object_facts(design)]),
+        ("Views", _view_facts(design)),
+    ]
+
+
+def _smallest_object_facts(design: Design) -> list[tuple[str, str]]:
+    """Height and width of the smallest object that both views resolve, at the nearest and the farthest distance."""
+    distances = design.working_volume.distance_mm
+    smallest = smallest_object(design, distances)
+    return [
+        (
+            f"resolved at {plain_number(distance)} mm",
+            f"{number(float(height), 1)} × {number(float(width), 1)} mm (2 px)",
+        )
+        for distance, height, width in zip(distances, smallest.height_mm, smallest.width_mm, strict=True)
+    ]
+
+
+def _performance_facts(row: Row) -> list[tuple[str, str]]:
+    """Depth error, limit, and what the second stage gave up."""
+    columns = ("depth_error_rms", "depth_error_worst", "first_stage_depth_error_rms")
+    decimals = percent_decimals(row.number(column) for column in columns)
+    rms, worst, first_stage = (percent(row.number(column), decimals) for column in columns)
+    height, diameter = (number(row.number(f"first_stage_{size}_mm"), 1) for size in ("height", "diameter"))
+    facts = [
+        ("rms depth error", f"{rms} %"),
+        ("worst depth error", f"{worst} %"),
+        ("to second order", _second_order_words(row)),
+        ("limit ratio", number(row.number("limit_ratio"), 4)),
+        ("least limit of all", _least_limit_words(row)),
+        ("first stage alone", f"{first_stage} %, {height} mm tall, {diameter} mm wide"),
+    ]
+    return [fact for fact in facts if not fact[1].startswith(DASH)]
+
+
+def _least_limit_words(row: Row) -> str:
+    """The least limit and where it lies; a dash, which is left out, where it is the design's own."""
+    if row.least_limit is None:
+        return DASH
+    baseline, focal_length = (row.number(f"least_limit_{key}") for key in ("baseline_mm", "focal_length_mm"))
+    return f"{percent(row.least_limit)} %, at b = {number(baseline, 1)} and f = {number(focal_length, 2)} mm"
+
+
+def _second_order_words(row: Row) -> str:
+    """Depth errors to second order where first order is off; a dash, which is left out, where it is not."""
+    if not row.is_beyond_first_order:
+        return DASH
+    if row.is_beyond_second_order:
+        return "off too: traced points count"
+    rms, worst = (percent(row.number(f"depth_error_{kind}_second_order")) for kind in ("rms", "worst"))
+    return f"{rms} %, at worst {worst} %"
+
+
+def _size_facts(row: Row) -> list[tuple[str, str]]:
+    """Dimensions, lens, and the tightest clearance."""
+    place = typographic(row.text("smallest_clearance_where"))
+    where = f": {place}" if place else ""
+    facts = [
+        ("baseline", f"{number(row.number('baseline_mm'), 2)} mm"),
+        ("height × diameter", f"{number(row.number('height_mm'), 2)} × {number(row.number('diameter_mm'), 2)} mm"),
+        ("volume", f"{number(row.number('volume_cm3'), 0)} cm³"),
+        ("widest mirror", f"{number(row.number('largest_mirror_diameter_mm'), 2)} mm"),
+        ("steepest slope", f"{number(row.number('largest_slope_deg'), 1)}°"),
+        ("principal distance", f"{number(row.number('focal_length_mm'), 3)} mm"),
+        ("lens", row.text("lens")),
+        ("variant", typographic(row.text("variant"))),
+        ("least clearance", f"{number(row.number('smallest_clearance_mm'), 3)} mm{where}"),
+    ]
+    return [fact for fact in facts if fact[1] and not fact[1].startswith(DASH)]
+
+
+def _view_facts(design: Design) -> list[tuple[str, str]]:
+    """Elevation range, gain and viewpoint of both views."""
+    upper, lower = design.views.upper, design.views.lower
+    elevations = [
+        (f"{name} view", f"{number(low, 2)}° to {number(high, 2)}°, {view.zone} zone")
+        for name, view in (("upper", upper), ("lower", lower))
+        for low, high in [view.elevation_deg]
+    ]
+    return [
+        *elevations,
+        ("gains, upper, lower", f"{number(upper.gain, 6)}, {number(lower.gain, 6)}"),
+        ("viewpoints", f"{number(upper.viewpoint_mm, 3)}, {number(lower.viewpoint_mm, 3)} mm"),
+    ]

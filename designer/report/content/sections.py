@@ -1,0 +1,303 @@
+"""The report's sections as Typst source, made from a study folder and the figures drawn of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+from designer.design import Design
+from designer.evaluate.depth import FIRST_ORDER_BOUND
+from designer.report.content.check_section import check_heading, check_page, unchecked_line
+from designer.report.content.design_facts import design_groups, winner_groups
+from designer.report.content.requirement import facts_argument, requirement_groups
+from designer.report.content.tables import (
+    PAPER_CONFIGURATION,
+    closest,
+    paper_comparison,
+    prescription,
+    ranking,
+)
+from designer.report.content.verdict import configuration_in_words, verdict
+from designer.report.figures.depth_map import IMAGE_CIRCLE_PX
+from designer.report.typst.markup import call, cells, literal, number, plain_number, text, typographic
+from designer.study.results import Row, StudyFolder
+
+FIRST_ORDER_WORDS = f"{100 * FIRST_ORDER_BOUND:g} %"
+
+PAPER_STUDY = "indoor_robot"
+"""The requirement taken from the paper's prototype, which is then shown beside the paper's numbers."""
+
+
+@dataclass(frozen=True, slots=True)
+class Illustrations:
+    """The figures: SVG bytes by file name, the drawings' reductions, and the keys of the trade plots' letters."""
+
+    files: dict[str, bytes] = field(default_factory=dict)
+    scales: dict[str, float] = field(default_factory=dict)
+    keys: dict[str, dict[str, str]] = field(default_factory=dict)
+
+
+def source(study: StudyFolder, illustrations: Illustrations, note: str = "") -> str:
+    """The whole report as Typst source; it includes style.typ, method.typ and figures/*.svg.
+
+    A note is printed below the title.
+    """
+    parts = [
+        '#import "style.typ": *\n',
+        f"#show: report.with(study: {literal(study.name)}, title: {literal(study.title)})\n",
+        front(study, note),
+        paper(study),
+        winner(study, illustrations) if study.feasible else nothing_feasible(study),
+        ranking_section(study),
+        trade(illustrations),
+        best_heading() if study.feasible else "",
+        "\n#pagebreak(weak: true)\n".join(design_page(row, design, illustrations) for row, design in study.best()),
+        checks(study),
+        "#pagebreak(weak: true)\n" if study.feasible else "",
+        '#include "method.typ"\n',
+        reading() if study.feasible else "",
+        provenance(study),
+    ]
+    return "\n".join(parts)
+
+
+def front(study: StudyFolder, note: str = "") -> str:
+    """Title, verdict and requirement."""
+    description = str(study.requirement.get("description") or "")
+    lines = [
+        f'#align(center, block(below: 1.2em, text(size: 19pt, weight: "bold", {literal(study.title)})))',
+        f"#align(center, block(width: 88%, emph({literal(' '.join(description.split()))})))" if description else "",
+        f"#align(center, block(width: 88%, text(size: 8.5pt, fill: grey, {literal(note)})))" if note else "",
+        "= Verdict",
+        verdict(study),
+        "= Requirement",
+        requirement_table(study),
+    ]
+    return "\n".join(lines)
+
+
+def requirement_table(study: StudyFolder) -> str:
+    """The requirement in two columns of about equal length."""
+    groups = requirement_groups(study.requirement)
+    lengths = [1.2 + len(facts) for _, facts in groups]
+    split = min(range(len(groups) + 1), key=lambda count: abs(sum(lengths[:count]) - sum(lengths[count:])))
+    halves = [call("facts", facts_argument(half)) for half in (groups[:split], groups[split:]) if half]
+    return "#grid(columns: (1fr, 1fr), column-gutter: 6mm, " + ", ".join(f"[{half}]" for half in halves) + ")"
+
+
+def winner(study: StudyFolder, illustrations: Illustrations) -> str:
+    """The winner's cross-section, prescription and image layout."""
+    (row, design), *_ = study.best(1)
+    name = f"cross-section-winner-{design.configuration}.svg"
+    caption = (
+        f"The winner, #name-of({literal(design.configuration)}), {text(_scale_words(illustrations, name))} "
+        "Lengths in mm. Solid blue: the upper view (right); dashed red: the lower view (left); each at five elevations "
+        "of its asked range, the ends drawn thick. Dotted lines lead back to the effective viewpoints $F_u$ and $F_l$; "
+        "$O$ is the camera's pinhole, and the numbers are those of the prescription. Grey: substrates, lens and camera."
+    )
+    words = configuration_in_words(design.configuration)
+    lines = [
+        "#pagebreak(weak: true)",
+        "= The winning design <winner>",
+        text(f"{words[0].upper()}{words[1:]}. Variant: {row.text('variant') or 'only one'}.") if words else "",
+        f"#figure(image({literal('figures/' + name)}), caption: [{caption}])",
+        f"#figure({_as_argument(prescription(design))}, caption: [{PRESCRIPTION_CAPTION}])",
+        "#grid(columns: (96mm, 1fr), column-gutter: 5mm,",
+        f"  panel([Image layout], image({literal('figures/' + _layout_name(design, large=True))})),",
+        f"  [{call('facts', facts_argument(winner_groups(row, design)), size='7.8pt')}],",
+        ")",
+    ]
+    return "\n".join(lines)
+
+
+PRESCRIPTION_CAPTION = (
+    "Prescription. The vertex is measured along the axis from the pinhole; a positive radius has its centre of "
+    "curvature above the vertex. The face spans inner to outer $R$; the substrate lies behind it."
+)
+
+
+def nothing_feasible(study: StudyFolder) -> str:
+    """What came closest, when no design met the requirement."""
+    infeasible = study.with_status("infeasible")
+    if not any(row.text("closest_constraint") for row in infeasible):
+        return ""
+    lines = [
+        "= What came closest",
+        text(
+            "For each configuration without a feasible design: the constraint that came closest at the point of least "
+            "largest scaled violation, and by how much it is missed there."
+        ),
+        closest(infeasible),
+    ]
+    return "\n\n".join(lines)
+
+
+def paper(study: StudyFolder) -> str:
+    """The paper's prototype beside our design of its configuration, for the requirement made from it."""
+    row = study.row(PAPER_CONFIGURATION)
+    if study.name != PAPER_STUDY or row is None:
+        return ""
+    title = literal("The paper's prototype (Jang, Kim and Kweon, 2005) beside this study's design")
+    if row.status != "feasible":
+        told = text(f"{PAPER_CONFIGURATION} is {row.status} here: {typographic(row.reason)}")
+        return f"#boxed({title})[{told}]\n"
+    intro = text(f"Configuration {PAPER_CONFIGURATION}, figure 4 (c) of the paper; rank {row.rank} here.")
+    return f"#boxed({title})[{intro}\n{paper_comparison(study.designs[PAPER_CONFIGURATION], row)}]\n"
+
+
+def ranking_section(study: StudyFolder) -> str:
+    """All configurations with status and reason."""
+    note = (
+        "$sigma_D\\/D$ is the rms relative depth error over the working volume; the limit ratio compares it with the "
+        "least that any mirrors could reach at the design's own baseline and principal distance ($1.000$: proven "
+        "optimal). $b$ baseline, $H$ height, $W$ diameter. Statuses are defined in @method."
+    )
+    if any(row.is_beyond_first_order for row in study.feasible):
+        note += (
+            f" A star marks errors that exceed {FIRST_ORDER_WORDS} somewhere in the volume, where first order says too "
+            "little: @depth-error tells how much."
+        )
+    opening = "#pagebreak(weak: true)\n" if study.feasible else ""
+    return f"{opening}= Ranking of all configurations <ranking>\n{note}\n\n{ranking(study.rows)}"
+
+
+def trade(illustrations: Illustrations) -> str:
+    """Depth error against height and diameter: all feasible designs, and the fronts of the best; no more than drawn."""
+    lines = []
+    for word in ("height", "diameter"):
+        name = f"trade-{word}.svg"
+        if name in illustrations.files:
+            key = "; ".join(f"{letter}: {ranks}" for letter, ranks in illustrations.keys.get(name, {}).items())
+            caption = f"Depth error against {word}, each feasible design by its rank (@ranking)."
+            caption += text(f" Near-ties: {key}.") if key else ""
+            lines.append(_figure(name, caption))
+    reading = (
+        "everything else as required. Each line ends at the smallest design found. Errors above "
+        "twice the least lie off the plot."
+    )
+    for word in ("height", "diameter"):
+        name = f"fronts-{word}.svg"
+        if name in illustrations.files:
+            lines.append(
+                _figure(name, f"The least depth error of the best designs as the {word} allowed shrinks, {reading}")
+            )
+            reading = "everything else as required."
+    return "\n".join(["= Trade-offs <trade>", *lines]) if lines else ""
+
+
+def _figure(name: str, caption: str) -> str:
+    return f"#figure(image({literal('figures/' + name)}), caption: [{caption}])"
+
+
+def best_heading() -> str:
+    """Opens the section of the best designs, on the page of the first; how to read them is told where there is room."""
+    told = '#text(size: 8.5pt, weight: "regular")[how to read these pages: @reading]'
+    return f"#pagebreak(weak: true)\n= The best designs #h(1fr) {told} <best>\n"
+
+
+def reading() -> str:
+    """How to read the pages of the best designs."""
+    return (
+        "== The pages of the best designs <reading>\n"
+        "Drawings are read as in @winner. _Depth resolution_ shows where pairs of pixels of one epipolar plane put a "
+        f"point, in the manner of the paper's figure 6, on an image circle of {IMAGE_CIRCLE_PX} pixels across; the "
+        "grey outline is the working volume, the triangles are the viewpoints. _Depth error_: lines are first order at "
+        "the lowest, middle and highest elevation and their rms, circles the rms of noisy projections through the ray "
+        f"tracer; a dotted line at {FIRST_ORDER_WORDS} marks where first order ends, and is left out where the errors "
+        "stay far below it.\n"
+    )
+
+
+def checks(study: StudyFolder) -> str:
+    """The end-to-end checks, a page each; nothing if none was tried."""
+    checked, broken = study.checks(), study.not_checked()
+    if not checked and not broken:
+        return ""
+    definition = str(checked[0][1].verdict["definition"]) if checked else ""
+    lines = [check_heading(definition), *(unchecked_line(row, reason) for row, reason in broken)]
+    pages = [check_page(row, check) for row, check in checked]
+    return "\n".join(lines) + "\n" + "\n#pagebreak()\n".join(pages)
+
+
+def design_page(row: Row, design: Design, illustrations: Illustrations) -> str:
+    """One page for one of the best designs."""
+    configuration = design.configuration
+    section = f"cross-section-{configuration}.svg"
+    scale = literal(_scale_words(illustrations, section))
+    panels = [
+        ("Image layout", _layout_name(design)),
+        ("Angular resolution", f"resolution-{configuration}.svg"),
+        ("Depth resolution", f"depth-resolution-{configuration}.svg"),
+        ("Depth error against distance", f"depth-error-{configuration}.svg"),
+    ]
+    grid = ",\n  ".join(f"panel([{title}], image({literal('figures/' + name)}))" for title, name in panels)
+    lines = [
+        f"== Rank {row.rank}: #name-of({literal(configuration)})",
+        "#grid(columns: (97mm, 1fr), column-gutter: 4mm,",
+        f"  [#image({literal('figures/' + section)})#align(center)[#text(size: 8pt, {scale})]\n{remarks(design)}],",
+        f"  [{call('facts', facts_argument(design_groups(row, design)), size='7.6pt')}],",
+        ")",
+        prescription(design),
+        f"#grid(columns: (1fr, 1fr), column-gutter: 4mm, row-gutter: 2.5mm,\n  {grid},\n)",
+    ]
+    return "\n".join(lines)
+
+
+def remarks(design: Design) -> str:
+    """What to look at before ordering the design's mirrors; nothing if there is nothing."""
+    told = design.score.get("remarks")
+    if not isinstance(told, list) or not told:
+        return ""
+    items = ", ".join(f"[{text(typographic(_sentence(str(remark))))}]" for remark in told)
+    return f"#remarks({items})\n"
+
+
+def _sentence(words: str) -> str:
+    return f"{words[:1].upper()}{words[1:]}."
+
+
+def provenance(study: StudyFolder) -> str:
+    """How the study was made: versions, seed, command, times, machine, solver options."""
+    rows = list(_flattened(study.provenance))
+    if not rows:
+        return ""
+    table = call(
+        "ruled",
+        columns="(auto, 1fr)",
+        align="(left, left)",
+        header="([item], [value])",
+        rows=cells(rows),
+    )
+    return f"= Provenance <provenance>\n{table}"
+
+
+def _flattened(content: dict[str, Any], prefix: str = "") -> Iterable[tuple[str, str]]:
+    """Rows of name and value; a table within a table is one row."""
+    for key, value in content.items():
+        name = f"{prefix}{key}".replace("_", " ")
+        if isinstance(value, dict) and not prefix and any(isinstance(entry, dict) for entry in value.values()):
+            yield from _flattened(value, f"{name}: ")
+        else:
+            yield name, number(value, 1) if key.endswith("seconds") else _in_one_line(value)
+
+
+def _in_one_line(value: object) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{key.replace('_', ' ')} {_in_one_line(entry)}" for key, entry in value.items())
+    if isinstance(value, list):
+        return ", ".join(plain_number(entry) for entry in value)
+    return plain_number(value)
+
+
+def _layout_name(design: Design, *, large: bool = False) -> str:
+    return f"image-layout-{'winner-' if large else ''}{design.configuration}.svg"
+
+
+def _scale_words(illustrations: Illustrations, name: str) -> str:
+    scale = illustrations.scales.get(name)
+    return "" if scale is None else f"drawn to scale, 1 : {scale:g}."
+
+
+def _as_argument(markup: str) -> str:
+    return markup.strip().removeprefix("#")

@@ -1,0 +1,155 @@
+"""The report's tables: prescription, ranking, what came closest, and the paper's prototype beside ours."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from designer.design import Design
+from designer.evaluate.fabrication import mirror_shape
+from designer.report.typst.markup import DASH, call, cell, cells, literal, number, text, typographic
+from designer.study.results import Row
+
+PAPER_CONFIGURATION = "folded-HyPl-Hy-upper_outer"
+
+
+def percent(value: float | None, decimals: int | None = None) -> str:
+    """A share as percent, without the sign; with three significant digits unless decimals are given."""
+    if decimals is None:
+        decimals = percent_decimals([value], significant=3)
+    return number(None if value is None else 100 * value, decimals)
+
+
+def percent_decimals(values: Iterable[float | None], significant: int = 4) -> int:
+    """Decimals with which the smallest of some shares, as percent, still shows its significant digits."""
+    known = [100 * value for value in values if value]
+    return max(significant - 1 - math.floor(math.log10(min(known))), 0) if known else significant
+
+
+def prescription(design: Design) -> str:
+    """The mirrors as opticians write them; the first column numbers them as the cross-section does."""
+    rows = []
+    for index, mirror in enumerate(design.mirrors, start=1):
+        rows.append(
+            [
+                str(index),
+                mirror.name,
+                mirror.kind,
+                mirror.faces,
+                number(mirror.vertex_mm, 4),
+                "∞" if mirror.radius_mm is None else number(mirror.radius_mm, 4),
+                number(mirror.conic, 6),
+                number(mirror.inner_radius_mm, 3),
+                number(mirror.outer_radius_mm, 3),
+                number(mirror_shape(design, mirror.name).sag_mm, 4),
+                number(mirror.thickness_mm, 2),
+            ]
+        )
+    header = (
+        "[], [mirror], [kind], [faces], [vertex $z_0$\\ (mm)], [radius $r_0$\\ (mm)], [conic $K$], "
+        "[inner $R$\\ (mm)], [outer $R$\\ (mm)], [sag\\ (mm)], [thickness\\ (mm)],"
+    )
+    return call(
+        "ruled",
+        columns="(auto, 1fr, auto, auto) + (auto,) * 7",
+        align="(right, left, left, left) + (right,) * 7",
+        header=f"({header})",
+        rows=cells(rows),
+        inset="(x: 1.2mm, y: 0.95mm)",
+    )
+
+
+def ranking(rows: Iterable[Row]) -> str:
+    """Every configuration with its status: feasible ones by rank with their numbers, the others with their reason.
+
+    A star marks depth errors that first order does not tell truly at the worst point of the volume.
+    """
+    body = []
+    rows = tuple(rows)
+    decimals = percent_decimals(row.number("depth_error_rms") for row in rows)
+    starred = any(row.is_beyond_first_order for row in rows)
+    for row in rows:
+        head = [cell(row.rank or DASH), f"name-of({literal(row.configuration)})", cell(row.status)]
+        if row.status == "feasible":
+            error = text(percent(row.number("depth_error_rms"), decimals))
+            if starred:
+                # Hidden where it does not apply, so that the digits stay in line.
+                error += '#text("*")' if row.is_beyond_first_order else '#hide("*")'
+            values = [
+                number(row.number("limit_ratio"), 3),
+                number(row.number("baseline_mm"), 1),
+                number(row.number("height_mm"), 1),
+                number(row.number("diameter_mm"), 1),
+                typographic(row.text("variant")),
+            ]
+            body.append([*head, f"[{error}]", *(cell(value) for value in values)])
+        else:
+            reason = typographic(row.reason) or "no reason given"
+            body.append([*head, f"table.cell(colspan: 6, align: left, {cell(reason)})"])
+    header = (
+        "[rank], [configuration], [status], [$sigma_D\\/D$\\ (%)], [limit\\ ratio], [$b$\\ (mm)], [$H$\\ (mm)], "
+        "[$W$\\ (mm)], [variant, or reason],"
+    )
+    return call(
+        "ruled",
+        columns="(auto,) * 8 + (1fr,)",
+        align="(right, left, left) + (right,) * 5 + (left,)",
+        header=f"({header})",
+        rows="(" + "".join(f"({''.join(part + ', ' for part in parts)}), " for parts in body) + ")",
+        size="8pt",
+        inset="(x: 1.1mm, y: 0.95mm)",
+        hairlines="true",
+    )
+
+
+def closest(rows: Iterable[Row]) -> str:
+    """The infeasible configurations by what stood in the way, the smallest excess of each kind first."""
+    known = [row for row in rows if row.text("closest_constraint")]
+    known.sort(key=lambda row: (row.text("closest_constraint"), row.number("closest_violation") or 0.0))
+    return call(
+        "ruled",
+        columns="(auto, 1fr, auto, auto)",
+        align="(left, left, right, left)",
+        header="([configuration], [constraint that came closest], [short by], [unit])",
+        rows=cells(
+            [
+                row.configuration,
+                row.text("closest_constraint"),
+                number(row.number("closest_violation"), 3),
+                row.text("closest_unit"),
+            ]
+            for row in known
+        ),
+    )
+
+
+def paper_comparison(design: Design, row: Row) -> str:
+    """The prototype of Jang, Kim and Kweon (2005) beside the design of the same configuration."""
+    camera = design.camera
+    upper, lower = design.views.upper.elevation_deg, design.views.lower.elevation_deg
+    asked = design.working_volume.elevation_deg
+    largest = 2 * max(mirror.outer_radius_mm for mirror in design.mirrors)
+    lens = row.text("lens")
+    rows = [
+        ("baseline (mm)", "100", number(design.baseline_mm, 1)),
+        ("height of the mirror system (mm)", "140", number(design.height_mm, 1)),
+        ("width of the mirror system (mm)", "80", number(design.diameter_mm, 1)),
+        ("widest mirror (mm)", "60", number(largest, 1)),
+        ("vertical field, from the middle (°)", "more than 16 up and down", _span(asked)),
+        ("vertical field, upper viewpoint (°)", "not given", _span(upper)),
+        ("vertical field, lower viewpoint (°)", "not given", _span(lower)),
+        ("image (px)", "1600 × 1200", f"{camera.width_px} × {camera.height_px}"),
+        ("lens", "12 mm", lens or f"principal distance {number(camera.focal_length_mm, 2)} mm"),
+        ("rms depth error (%)", "not given", percent(row.number("depth_error_rms"))),
+    ]
+    return call(
+        "ruled",
+        columns="(auto, auto, 1fr)",
+        align="(left, right, right)",
+        header="([quantity], [paper's prototype], [this design])",
+        rows=cells(rows),
+    )
+
+
+def _span(elevation_deg: tuple[float, float]) -> str:
+    return f"{number(elevation_deg[0], 1)} to {number(elevation_deg[1], 1)}"

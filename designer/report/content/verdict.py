@@ -1,0 +1,200 @@
+"""The verdict in words: who won, by what numbers against what limits, and what decided."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+from designer.configurations import Configuration, MirrorKind, enumerate_configurations
+from designer.report.content.requirement import objective_name
+from designer.report.content.tables import percent
+from designer.report.typst.markup import literal, number, plain_number, text, typographic
+from designer.requirement import GOAL_COLUMNS
+from designer.study.results import Row, StudyFolder
+
+_ADJECTIVE = {
+    MirrorKind.PLANE: "plane",
+    MirrorKind.HYPERBOLOID: "hyperboloidal",
+    MirrorKind.ELLIPSOID: "ellipsoidal",
+    MirrorKind.PARABOLOID: "paraboloidal",
+}
+
+
+def configuration_in_words(name: str) -> str:
+    """What a configuration's name says, as part of a sentence; empty if it is none of the 44."""
+    known = {configuration.name: configuration for configuration in enumerate_configurations()}
+    configuration = known.get(name)
+    return "" if configuration is None else _in_words(configuration)
+
+
+def _in_words(configuration: Configuration) -> str:
+    kinds = {role: _with_article(_ADJECTIVE[kind]) for role, kind in configuration.mirror_kinds.items()}
+    zone = "outer" if configuration.topology == "upper_outer" else "inner"
+    if configuration.family == "direct":
+        mirrors = f"{kinds['lower']} lower and {kinds['upper']} upper mirror, each seen directly"
+        return f"{mirrors}; the upper view takes the {zone} zone of the image"
+    return (
+        f"{kinds['primary']} primary, folded by {kinds['secondary']} secondary, gives the lower view and "
+        f"{kinds['direct']} direct mirror the upper one, which takes the {zone} zone of the image"
+    )
+
+
+def _with_article(adjective: str) -> str:
+    return f"{'an' if adjective[0] in 'aeiou' else 'a'} {adjective}"
+
+
+def verdict(study: StudyFolder) -> str:
+    """The verdict as Typst markup: one paragraph."""
+    if not study.feasible:
+        return _nothing_feasible(study)
+    winner = study.feasible[0]
+    sentences = [_counts(study), _winner(study, winner), _size(study, winner), _decided(study)]
+    sentences += [_checked(study, winner), _remarks(study, winner), _runners_up(study)]
+    return " ".join(sentence for sentence in sentences if sentence) + "\n"
+
+
+def _counts(study: StudyFolder) -> str:
+    feasible, infeasible, impossible, failed = (
+        len(study.with_status(status)) for status in ("feasible", "infeasible", "impossible", "failed")
+    )
+    others = [
+        f"{impossible} {_are(impossible)} impossible by rule" if impossible else "",
+        f"for {infeasible} the search found no feasible design" if infeasible else "",
+        f"{failed} failed" if failed else "",
+    ]
+    told = "; ".join(other for other in others if other)
+    if len(study.rows) == 1:
+        return text("The one configuration studied is feasible, proven by ray tracing.")
+    return text(
+        f"Of the {len(study.rows)} configurations {feasible} {_are(feasible)} feasible, proven by ray tracing"
+        + (f"; {told}." if told else ".")
+    )
+
+
+def _winner(study: StudyFolder, winner: Row) -> str:
+    noise = plain_number(study.requirement.get("noise_px", study.designs[winner.configuration].noise_px))
+    words = configuration_in_words(winner.configuration)
+    worst = winner.number("depth_error_worst")
+    ratio = winner.number("limit_ratio")
+    sentence = f" ({words}). " if words else ". "
+    sentence += f"Its rms depth error over the working volume is {percent(winner.number('depth_error_rms'))} %"
+    sentence += f" at {noise} px of noise"
+    sentence += f" (at worst {percent(worst)} %)" if worst is not None else ""
+    if ratio is not None:
+        sentence += f", {number(ratio, 3)} times the least that any mirrors could reach at its baseline and topology"
+    if winner.least_limit is not None:
+        sentence += f" (at the best baseline and focal length allowed, {percent(winner.least_limit)} %)"
+    return f"The best is {_name(winner)}{text(sentence + '.' + _beyond_first_order(winner))}"
+
+
+def _beyond_first_order(winner: Row) -> str:
+    """What to make of depth errors that first order does not say to 2 percent; empty where it does."""
+    if not winner.is_beyond_first_order:
+        return ""
+    rms, worst = (winner.number(f"depth_error_{kind}_second_order") for kind in ("rms", "worst"))
+    if winner.is_beyond_second_order or rms is None or worst is None:
+        return (
+            " These are first order, and the worst points lie beyond what first or second order can say: there the "
+            "traced points of its page count."
+        )
+    return f" First order says too little here: to second order it is {percent(rms)} % (at worst {percent(worst)} %)."
+
+
+def _size(study: StudyFolder, winner: Row) -> str:
+    envelope: dict[str, Any] = study.requirement.get("envelope", {})
+    parts = []
+    for column, key, word in (("height_mm", "height_mm", "tall"), ("diameter_mm", "diameter_mm", "wide")):
+        value, limit = winner.number(column), envelope.get(key)
+        if value is not None:
+            allowed = f" (of {plain_number(limit)} mm allowed)" if limit is not None else ""
+            parts.append(f"{number(value, 1)} mm {word}{allowed}")
+    baseline = winner.number("baseline_mm")
+    lens = winner.text("lens")
+    sentence = f"With a baseline of {number(baseline, 1)} mm the mirror system is {' and '.join(parts)}"
+    return text(sentence + (f"; lens: {lens}." if lens else ".")) if parts else ""
+
+
+def _decided(study: StudyFolder) -> str:
+    objective = study.requirement.get("objective", {})
+    first, then = objective.get("minimise"), objective.get("then")
+    within = float(objective.get("within_percent") or 0.0)
+    if first not in GOAL_COLUMNS:
+        return ""
+    values = [value for row in study.feasible if (value := _first_objective(row, str(first))) is not None]
+    if len(values) < 2:
+        return text("It is the only feasible design." if len(study.feasible) == 1 else "")
+    best = min(values)
+    tied = sum(value <= best * (1 + within / 100) * (1 + 1e-9) for value in values)
+    if tied > 1 and then:
+        return text(
+            f"Within {plain_number(within)} % of the least {objective_name(first)} lie {tied} designs; among them "
+            f"{objective_name(then)} decided."
+        )
+    return text(f"No other design comes within {plain_number(within)} % of its {objective_name(first)}: that decided.")
+
+
+def _first_objective(row: Row, objective: str) -> float | None:
+    """The value that the tolerance compares: that of the first stage where the study tells it."""
+    column = GOAL_COLUMNS[objective]
+    staged = row.number(f"first_stage_{column}")
+    return staged if staged is not None else row.number(column)
+
+
+def _checked(study: StudyFolder, winner: Row) -> str:
+    """How the winner did as a sensor; empty if nobody tried."""
+    checked, reason = study.checked.get(winner.configuration), study.unchecked.get(winner.configuration)
+    if reason is not None:
+        return text(f"The winner could not be checked end to end as a sensor: {typographic(reason)}.")
+    if checked is None:
+        return ""
+    word = "passes" if checked.passed else "does not pass"
+    return f"{text(f'Tried as a sensor, the winner {word} the end-to-end check')} (@check)."
+
+
+def _remarks(study: StudyFolder, winner: Row) -> str:
+    """Where to read on before ordering the winner's mirrors; empty if there is nothing to read."""
+    count = len(study.designs[winner.configuration].score.get("remarks") or [])
+    if not count:
+        return ""
+    told = "the remark" if count == 1 else f"the {count} remarks"
+    return f"{text(f'Before its mirrors are ordered, {told} on its page should be read')} (@best)."
+
+
+def _runners_up(study: StudyFolder) -> str:
+    runners = study.feasible[1:4]
+    if not runners:
+        return ""
+    told = [
+        _name(row)
+        + text(
+            f" ({percent(row.number('depth_error_rms'))} %, {number(row.number('height_mm'), 1)} mm tall, "
+            f"{number(row.number('diameter_mm'), 1)} mm wide)"
+        )
+        for row in runners
+    ]
+    return f"Next {'come' if len(told) > 1 else 'comes'} " + ", ".join(told) + "."
+
+
+def _nothing_feasible(study: StudyFolder) -> str:
+    infeasible, impossible = study.with_status("infeasible"), study.with_status("impossible")
+    failed = study.with_status("failed")
+    none = f"None of the {len(study.rows)} configurations" if len(study.rows) > 1 else "The one configuration studied"
+    sentence = f"{none} was {'not ' * (len(study.rows) == 1)}found feasible under this requirement. "
+    sentence += f"{len(impossible)} {_are(len(impossible))} impossible by rule and for {len(infeasible)} the search "
+    sentence += "found no feasible design" + (f"; {len(failed)} failed. " if failed else ". ")
+    obstacles = Counter(row.text("closest_constraint") for row in infeasible if row.text("closest_constraint"))
+    if obstacles:
+        (obstacle, times), *_ = obstacles.most_common()
+        sentence += f"What stood in the way most often ({times} of {len(infeasible)}) is: {obstacle}. "
+        sentence += (
+            "The table below tells by how much each configuration fell short: relax the requirement there first."
+        )
+    return text(sentence) + "\n"
+
+
+def _are(count: int) -> str:
+    return "is" if count == 1 else "are"
+
+
+def _name(row: Row) -> str:
+    return f"#name-of({literal(row.configuration)})"

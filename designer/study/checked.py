@@ -1,0 +1,117 @@
+"""End-to-end checks, read back from a study's folder."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from designer.design import Design
+from designer.files import InputError, read_text
+from designer.imaging.endtoend.files import VERDICT, fingerprint
+from designer.study.outputs import UNCHECKED
+
+Image = NDArray[np.uint8]
+
+_MAPS = (
+    "disparity",
+    "outcome",
+    "distance_mm",
+    "true_distance_mm",
+    "predicted",
+    "both_see",
+    "azimuth_deg",
+    "elevation_upper_deg",
+    "elevation_lower_deg",
+)
+_VERDICT_KEYS = ("configuration", "scene", "texture", "noise_px", "bands", "definition", "passed", "design_sha256")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CheckedDesign:
+    """A design and its check: the verdict as ``check.json`` holds it, images, and maps (rows, columns) by name."""
+
+    design: Design
+    verdict: dict[str, Any]
+    raw: Image
+    upper: Image
+    lower: Image
+    maps: Mapping[str, NDArray[Any]]
+
+    @property
+    def passed(self) -> bool:
+        """Whether the design passed."""
+        return bool(self.verdict["passed"])
+
+    @property
+    def relative_error(self) -> NDArray[np.float64]:
+        """(measured - true) / true distance, NaN where dropped or unknown."""
+        return np.asarray(self.maps["distance_mm"].astype(float) / self.maps["true_distance_mm"] - 1.0)
+
+
+def read_check(folder: Path, design: Design) -> CheckedDesign | None:
+    """Read a check's folder; None if there is no finished check there, or if it is another design's.
+
+    Raises
+    ------
+    InputError
+        A file is absent or cannot be understood: one line says which.
+    """
+    path = folder / VERDICT
+    if not path.exists():
+        return None
+    verdict = _read_object(path, _VERDICT_KEYS)
+    if verdict["design_sha256"] != fingerprint(design):
+        return None
+    raw, upper, lower = (_read_grey(folder / f"{name}.png") for name in ("raw", "upper", "lower"))
+    return CheckedDesign(design, verdict, raw, upper, lower, _read_maps(folder / "check.npz"))
+
+
+def read_unchecked(folder: Path, design: Design) -> str | None:
+    """Why a design could not be checked; None if a check's folder does not say so of this design."""
+    path = folder / UNCHECKED
+    if not path.exists():
+        return None
+    content = _read_object(path, ("reason", "design_sha256"))
+    return str(content["reason"]) if content["design_sha256"] == fingerprint(design) else None
+
+
+def _read_object(path: Path, keys: tuple[str, ...]) -> dict[str, Any]:
+    try:
+        content = json.loads(read_text(path))
+    except json.JSONDecodeError as error:
+        raise InputError(f"{path}: not JSON: {error.msg} at line {error.lineno}, column {error.colno}") from None
+    for key in keys:
+        if not isinstance(content, dict) or key not in content:
+            raise InputError(f"{path}: {key} is missing")
+    return dict(content)
+
+
+def _read_grey(path: Path) -> Image:
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_GRAYSCALE) if data else None
+    if image is None:
+        raise InputError(f"{path}: not an image that can be read")
+    return np.asarray(image, dtype=np.uint8)
+
+
+def _read_maps(path: Path) -> dict[str, NDArray[Any]]:
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            return {name: arrays[name] for name in _MAPS}
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except KeyError as error:
+        raise InputError(f"{path}: {error.args[0]}") from None
+    except (ValueError, EOFError, zipfile.BadZipFile):
+        raise InputError(f"{path}: not a file of arrays (.npz)") from None

@@ -1,0 +1,35 @@
+"""Which designs a descent goes on with."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from designer.optimise import multistart
+from designer.optimise.program import Target
+
+
+def test_the_best_different_designs_go_into_the_next_round(monkeypatch):
+    """Whatever the order of the starts; each round here offers every design other separators."""
+    rounds = {}
+
+    def design(value):
+        goals = {"height": value}
+        return SimpleNamespace(
+            goals=goals, scaled=np.array([value]), separators=0, is_feasible=True, keeps=lambda goal: True
+        )
+
+    def solve(problem, menu, choice, scaled, goal, scales):
+        rounds.setdefault(choice, []).append(float(scaled[0]))
+        return SimpleNamespace(scaled=scaled, status="solved")
+
+    monkeypatch.setattr(descent, "solve", solve)
+    monkeypatch.setattr(
+        descent, "_examine_outcomes", lambda task, outcomes, choices: [design(float(o.scaled[0])) for o in outcomes]
+    )
+    monkeypatch.setattr(descent, "_rechosen", lambda task, choice, candidate: choice + 1)
+    task = SimpleNamespace(problem=None, scales=(), offer=lambda choices: list(choices), note=lambda outcome: outcome)
+    starts = [design(value) for value in (9.0, 8.0, 7.0, 6.0, 5.0, 1.0, 2.0, 1.0)]
+    best = multistart.improve(task, starts, Target("height"))
+    assert rounds[0] == [9.0, 8.0, 7.0, 6.0, 5.0, 1.0, 2.0, 1.0]
+    assert rounds[1] == [1.0, 2.0, 5.0, 6.0]
+    assert [found.goals["height"] for found in best] == [9.0, 8.0, 7.0, 6.0, 5.0, 1.0, 2.0, 1.0]

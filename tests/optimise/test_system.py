@@ -1,0 +1,199 @@
+"""One formula for NumPy and CasADi: equal numbers for every variant, and derivatives confirmed."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import casadi
+import numpy as np
+import pytest
+
+from designer.optics.clearance import (
+    LEG_DIRECTIONS,
+    NOT_APART_MM,
+    SOLID_DIRECTIONS,
+    leg_rows,
+    leg_separation,
+    pair_up,
+    separations,
+    solid_rows,
+    solid_separation,
+)
+from designer.optics.layout import Layout, Leg
+from designer.optimise.screening import Problem, physical_values, scaled_values
+from designer.optimise.specification import Specification, specification_values
+from designer.optimise.system import VARIABLES, assemble, enclosing
+from designer.optimise.variants import Variant
+from support.shipped_problems import (
+    VARIANTS,
+    at,
+    is_coherent,
+    problem_of,
+    put_together,
+    random_designs,
+    shipped_requirement,
+    variant_name,
+)
+
+REQUIREMENTS = ("pipe_inspection", "ceiling_watch", "sky_watch")
+DESIGNS = 4
+
+
+def coherent_problem(variant: Variant) -> tuple[Problem, dict[str, np.ndarray]]:
+    """A problem of the variant, and a few random designs for which the formulas hold."""
+    for name in REQUIREMENTS:
+        problem = problem_of(shipped_requirement(name), variant)
+        values = random_designs(problem, 3000, seed=2)
+        coherent = np.flatnonzero(is_coherent(put_together(problem, values)))[:DESIGNS]
+        if coherent.size == DESIGNS:
+            return problem, {key: value[coherent] for key, value in values.items()}
+    raise AssertionError("no coherent designs")
+
+
+def symbolic(problem: Problem) -> casadi.Function:
+    """Constraints, goals and every separation as a CasADi function of the physical variables and the rules."""
+    values = {name: casadi.SX.sym(name) for name in VARIABLES}
+    specification = Specification(*(casadi.SX.sym(field.name) for field in fields(Specification)))
+    system = assemble(problem.variant, values, specification, {})
+    numbers = [getattr(specification, field.name) for field in fields(Specification)]
+    pairs = pair_up(system.layout)
+    legs, solids = leg_rows(system.layout.legs), solid_rows(system.layout.solids)
+    one, other = (solids.take([pair[side] for pair in pairs.solid_solid]) for side in (0, 1))
+    light = [
+        leg_separation(
+            legs.take([leg for leg, _ in pairs.leg_solid]), solids.take([solid for _, solid in pairs.leg_solid]), number
+        )
+        for number in range(len(LEG_DIRECTIONS))
+    ]
+    bodies = [solid_separation(one, other, number) for number in range(len(SOLID_DIRECTIONS))]
+    goals = casadi.vertcat(system.depth_error, system.height, system.diameter)
+    return casadi.Function(
+        "system",
+        [casadi.vertcat(*values.values()), casadi.vertcat(*numbers)],
+        [
+            casadi.vertcat(*(item.value for item in system.constraints)),
+            goals,
+            casadi.horzcat(*light),
+            casadi.horzcat(*bodies),
+        ],
+    )
+
+
+def end_ray(leg: Leg, number: int) -> np.ndarray:
+    """Start and end (R, z) of one of the two end rays of a leg of one design."""
+    return np.array([[float(np.ravel(length)[0]) for length in end.points[number]] for end in (leg.start, leg.end)])
+
+
+def normals_that_face_away(layout: Layout) -> np.ndarray:
+    """Of the normals left and right of the inner, then of the outer end ray, which have the other ray behind them.
+
+    Shape (4, pairs), for a layout of one design.
+    """
+    facing = []
+    for leg, _ in pair_up(layout).leg_solid:
+        inner, outer = (end_ray(layout.legs[leg], number) for number in (0, 1))
+        sides = []
+        for own, other in ((inner, outer), (outer, inner)):
+            along = (own[1] - own[0]) / np.linalg.norm(own[1] - own[0])
+            # How far the other ray's start and end lie to the left of this one.
+            left = along[0] * (other[:, 1] - own[0, 1]) - along[1] * (other[:, 0] - own[0, 0])
+            sides += [left.max() < 1e-9, left.min() > -1e-9]
+        facing.append(sides)
+    return np.array(facing).T
+
+
+@pytest.mark.parametrize("variant", VARIANTS, ids=variant_name)
+def test_symbols_and_arrays_give_the_same_numbers(variant):
+    problem, values = coherent_problem(variant)
+    function = symbolic(problem)
+    for index in range(DESIGNS):
+        one = at(values, index)
+        system = assemble(variant, one, problem.specification, {})
+        constraints, goals, light, bodies = (
+            np.asarray(part)
+            for part in function(
+                [float(one[name][0]) for name in VARIABLES], specification_values(problem.specification)
+            )
+        )
+        expected = [float(np.ravel(item.value)[0]) for item in system.constraints]
+        assert constraints.ravel() == pytest.approx(expected, rel=1e-9, abs=1e-9)
+        expected = [float(np.ravel(goal)[0]) for goal in (system.depth_error, system.height, system.diameter)]
+        assert goals.ravel() == pytest.approx(expected, rel=1e-12)
+        expected_light, expected_bodies = separations(system.layout, pair_up(system.layout))
+        found = bodies.T
+        assert found == pytest.approx(expected_bodies[:, :, 0], rel=1e-9, abs=1e-7)
+        strict = expected_light[:, :, 0]
+        defined = strict > NOT_APART_MM / 2
+        # Symbols take an end ray for the leg's extent along its normal: right only where the other ray lies behind.
+        faces_away = normals_that_face_away(system.layout)
+        defined[: len(faces_away)] &= faces_away
+        assert light.T[defined] == pytest.approx(strict[defined], rel=1e-9, abs=1e-7)
+        # Of an end ray's two normals one faces away; the other one never seems nearer than the whole leg is.
+        assert (faces_away[0::2] ^ faces_away[1::2]).all()
+        turned = strict[: len(faces_away)] - light.T[: len(faces_away)]
+        assert turned.max() <= 1e-7 + 1e-9 * np.abs(strict[: len(faces_away)]).max()
+        # A leg's end that is a point has no normal: to NumPy it is not apart, to symbols it touches.
+        assert light.T[strict < NOT_APART_MM / 2].max(initial=0.0) < 1e-7
+
+
+@pytest.mark.parametrize("variant", VARIANTS[::4], ids=variant_name)
+def test_exact_derivatives_agree_with_finite_differences(variant):
+    problem, values = coherent_problem(variant)
+    function = symbolic(problem)
+    point, numbers = casadi.SX.sym("point", len(VARIABLES)), casadi.SX.sym("numbers", function.numel_in(1))
+    outputs = casadi.vertcat(*(casadi.vec(part) for part in function(point, numbers)[:2]))
+    jacobian = casadi.Function("jacobian", [point, numbers], [casadi.jacobian(outputs, point)])
+    specification = specification_values(problem.specification)
+    at_point = np.array([values[name][0] for name in VARIABLES])
+    exact = np.asarray(jacobian(at_point, specification))
+    for column, name in enumerate(VARIABLES):
+        step = 1e-6 * max(1.0, abs(at_point[column])) * (1e-2 if name.endswith("gain") else 1.0)
+        sides = []
+        for sign in (1.0, -1.0):
+            moved = dict(zip(VARIABLES, at_point, strict=True)) | {name: at_point[column] + sign * step}
+            system = assemble(variant, moved, problem.specification, {})
+            goals = (system.depth_error, system.height, system.diameter)
+            sides.append([float(item.value) for item in system.constraints] + [float(goal) for goal in goals])
+        difference = (np.array(sides[0]) - np.array(sides[1])) / (2.0 * step)
+        scale = max(1.0, float(np.abs(difference).max()))
+        assert exact[:, column] == pytest.approx(difference, rel=2e-5, abs=1e-6 * scale)
+
+
+@pytest.mark.parametrize("variant", VARIANTS[::5], ids=variant_name)
+def test_the_unit_box_maps_back_and_forth(variant):
+    problem = problem_of(shipped_requirement("pipe_inspection"), variant)
+    scaled = np.random.default_rng(4).random((len(VARIABLES), 50))
+    fixed = [problem.bounds[name].is_fixed for name in VARIABLES]
+    scaled[fixed] = 0.0
+    values = physical_values(problem, scaled)
+    assert scaled_values(problem, values) == pytest.approx(scaled, abs=1e-12)
+    for name, value in values.items():
+        interval = problem.bounds[name]
+        low, high = min(interval.low, interval.high), max(interval.low, interval.high)
+        assert value.min() >= low - 1e-9 * abs(low)
+        assert value.max() <= high + 1e-9 * abs(high)
+    for view in ("lower", "upper"):
+        assert (np.sign(values[f"{view}_gain"]) == variant.gain_sign(view)).all()
+
+
+@pytest.mark.parametrize("variant", VARIANTS[::5], ids=variant_name)
+def test_the_enclosure_is_what_sampled_mirrors_need(variant):
+    """Height and diameter by the design notes' words, from points on every face and back."""
+    problem, values = coherent_problem(variant)
+    for index in range(DESIGNS):
+        one = at(values, index)
+        layout = put_together(problem, one).layout
+        heights, radii = [problem.specification.lens_front], []
+        for mirror in layout.mirrors:
+            inner, outer = (float(np.ravel(radius)[0]) for radius in (mirror.inner_radius, mirror.outer_radius))
+            face = mirror.surface.height(np.linspace(inner, outer, 101))
+            heights += [face.min(), face.max()]
+            heights += [
+                (face + mirror.direction * mirror.thickness).min(),
+                (face + mirror.direction * mirror.thickness).max(),
+            ]
+            radii.append(outer)
+        enclosed = enclosing(variant, one, problem.specification)
+        assert float(np.ravel(enclosed["top"])[0]) == pytest.approx(max(heights[1:]), abs=1e-9)
+        assert float(np.ravel(enclosed["bottom"])[0]) == pytest.approx(min(heights), abs=1e-9)
+        assert float(np.ravel(enclosed["radius"])[0]) == pytest.approx(max(radii), abs=1e-9)

@@ -1,0 +1,162 @@
+"""The shipped requirements as optimisation problems, random designs of them, and their design records."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from designer.configurations import Configuration, enumerate_configurations
+from designer.design import Design
+from designer.optics.view import elevation_tangents_of_views
+from designer.optimise.bounds import Ranges, bounds_of
+from designer.optimise.screening import Problem, assemble_enclosed, constraint_violations, draw
+from designer.optimise.specification import specification_of
+from designer.optimise.system import VARIABLES, System
+from designer.optimise.variants import Variant, enumerate_variants
+from designer.requirement import Requirement, read_requirement
+from support import CONFIGS
+
+Array = NDArray[np.float64]
+
+SHIPPED = ("indoor_robot", "pipe_inspection", "ceiling_watch", "sky_watch")
+CONFIGURATIONS = {configuration.name: configuration for configuration in enumerate_configurations()}
+VARIANTS = tuple(variant for configuration in CONFIGURATIONS.values() for variant in enumerate_variants(configuration))
+
+
+def variant_name(variant: Variant) -> str:
+    """The configuration and what distinguishes the variant, for test names."""
+    return f"{variant.configuration.name} {variant.label}".strip().replace(" ", "_")
+
+
+@cache
+def shipped_requirement(name: str) -> Requirement:
+    """One of the requirements that come with the designer."""
+    return read_requirement(CONFIGS / f"{name}.toml")
+
+
+def problem_of(requirement: Requirement, variant: Variant, fixed: tuple[tuple[str, float], ...] = ()) -> Problem:
+    """The problem of one variant with the first lens, whether or not a rule calls it impossible."""
+    lens = requirement.camera.lenses[0]
+    specification = specification_of(requirement, lens)
+    ranges = Ranges(requirement.baseline_range_mm, lens.principal_distances_mm)
+    return Problem(variant, specification, bounds_of(variant, specification, ranges), fixed)
+
+
+def problems_of(requirement: Requirement, configuration: Configuration) -> Iterator[Problem]:
+    """The problem of every variant."""
+    for variant in enumerate_variants(configuration):
+        yield problem_of(requirement, variant)
+
+
+def random_designs(problem: Problem, count: int, seed: int) -> dict[str, Array]:
+    """Variables of random designs, drawn as the optimiser draws its starts, each of shape (count,)."""
+    with np.errstate(all="ignore"):
+        values, _ = assemble_enclosed(problem, draw(problem, count, np.random.default_rng(seed)))
+    return {name: np.broadcast_to(np.asarray(values[name], dtype=float), (count,)) for name in VARIABLES}
+
+
+def at(values: dict[str, Array], index: int) -> dict[str, Array]:
+    """The variables of one design, each of shape (1,)."""
+    return {name: value[index : index + 1] for name, value in values.items()}
+
+
+def put_together(problem: Problem, values: dict[str, Array]) -> System:
+    """Assemble designs with their enclosure set to what the mirrors need."""
+    with np.errstate(all="ignore"):
+        return assemble_enclosed(problem, values)[1]
+
+
+def is_coherent(system: System) -> NDArray[np.bool_]:
+    """Which designs the formulas hold for: vertex sheets, rings with an inside, a primary below its secondary.
+
+    The formulas know lines, not rays: they would also lay out a secondary that sends its light backwards.
+    """
+    violations = constraint_violations(system)
+    structural = ("vertex sheet", "used ring", "primary stays", "primary's vertex", "primary below", "steepest slope")
+    rows = [row for row, item in enumerate(system.constraints) if any(word in item.name for word in structural)]
+    return np.asarray(violations[rows].max(axis=0) == 0.0)
+
+
+def design_record(requirement: Requirement, problem: Problem, values: dict[str, Array]) -> Design:
+    """The design record of one design, made from its layout alone; its variables have shape (1,)."""
+    variant, specification = problem.variant, problem.specification
+    lens, camera = requirement.camera.lenses[0], requirement.camera
+    system = put_together(problem, values)
+    kinds = variant.configuration.mirror_kinds
+    words = {"Pl": "plane", "Hy": "hyperboloid", "El": "ellipsoid", "Pa": "paraboloid"}
+    mirrors = []
+    for mirror in system.layout.mirrors:
+        curvature, conic_term = _number(mirror.surface.curvature), _number(mirror.surface.conic_term)
+        is_plane = kinds[mirror.name].value == "Pl"
+        mirrors.append(
+            {
+                "name": mirror.name,
+                "kind": words[kinds[mirror.name].value],
+                "vertex_mm": _number(mirror.surface.vertex_height),
+                "radius_mm": None if is_plane else 1.0 / curvature,
+                "conic": 0.0 if is_plane else conic_term / curvature**2 - 1.0,
+                "inner_radius_mm": _number(mirror.inner_radius),
+                "outer_radius_mm": _number(mirror.outer_radius),
+                "thickness_mm": requirement.manufacture.substrate_thickness_mm,
+                "faces": "down" if mirror.direction > 0 else "up",
+            }
+        )
+    baseline, lower = _number(values["baseline"]), _number(values["lower_viewpoint"])
+    upper_slopes, lower_slopes = elevation_tangents_of_views(
+        (math.tan(specification.elevation_low), math.tan(specification.elevation_high)),
+        (specification.distance_near, specification.distance_far),
+        baseline,
+    )
+
+    def view(name: str, viewpoint: float, slopes: tuple[float, float]) -> dict[str, Any]:
+        last = variant.last_mirror(name)
+        is_outer = (variant.configuration.topology == "upper_outer") == (name == "upper")
+        return {
+            "path": ["secondary", last] if variant.sense(name) == "folded" else [last],
+            "viewpoint_mm": viewpoint,
+            "gain": _number(values[f"{name}_gain"]),
+            "sense": variant.sense(name),
+            "elevation_deg": [math.degrees(math.atan(slope)) for slope in slopes],
+            "zone": "outer" if is_outer else "inner",
+        }
+
+    return Design.model_validate(
+        {
+            "schema": 1,
+            "configuration": variant.configuration.name,
+            "camera": {
+                "focal_length_mm": _number(values["principal_distance"]),
+                "pixel_pitch_mm": camera.pixel_pitch_mm,
+                "width_px": camera.width_px,
+                "height_px": camera.height_px,
+                "f_number": lens.f_number,
+                "lens_radius_mm": lens.radius_mm,
+                "lens_front_mm": lens.front_mm,
+                "lens_length_mm": lens.length_mm,
+                "body_radius_mm": camera.body_radius_mm,
+                "image_circle_radius_px": camera.image_circle_radius_px,
+            },
+            "mirrors": mirrors,
+            "views": {
+                "upper": view("upper", lower + baseline, upper_slopes),
+                "lower": view("lower", lower, lower_slopes),
+            },
+            "baseline_mm": baseline,
+            "height_mm": _number(system.height),
+            "diameter_mm": _number(system.diameter),
+            "working_volume": {
+                "elevation_deg": list(requirement.working_volume.elevation_deg),
+                "distance_mm": list(requirement.working_volume.distance_mm),
+            },
+            "noise_px": requirement.noise_px,
+        }
+    )
+
+
+def _number(value: Any) -> float:
+    return float(np.ravel(value)[0])
