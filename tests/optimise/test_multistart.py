@@ -22,11 +22,11 @@ def test_the_best_different_designs_go_into_the_next_round(monkeypatch):
         rounds.setdefault(choice, []).append(float(scaled[0]))
         return SimpleNamespace(scaled=scaled, status="solved")
 
-    monkeypatch.setattr(descent, "solve", solve)
+    monkeypatch.setattr(multistart, "solve", solve)
     monkeypatch.setattr(
-        descent, "_examine_outcomes", lambda task, outcomes, choices: [design(float(o.scaled[0])) for o in outcomes]
+        multistart, "_examine_outcomes", lambda task, outcomes, choices: [design(float(o.scaled[0])) for o in outcomes]
     )
-    monkeypatch.setattr(descent, "_rechosen", lambda task, choice, candidate: choice + 1)
+    monkeypatch.setattr(multistart, "_rechosen", lambda task, choice, candidate: choice + 1)
     task = SimpleNamespace(problem=None, scales=(), offer=lambda choices: list(choices), note=lambda outcome: outcome)
     starts = [design(value) for value in (9.0, 8.0, 7.0, 6.0, 5.0, 1.0, 2.0, 1.0)]
     best = multistart.improve(task, starts, Target("height"))
