@@ -7,8 +7,9 @@ from collections.abc import Mapping
 
 from designer.configurations import Configuration, MirrorKind
 from designer.optics.view import elevation_tangents_of_views
-from designer.optimise.bounds import Ranges, limits_at
+from designer.optimise.limit import limiting_gains
 from designer.optimise.specification import Specification
+from designer.optimise.variables import FreeRanges
 from designer.optimise.variants import Variant, enumerate_variants
 from designer.requirement.coherence import VIEW_OF_MIRROR, inverse_eccentricities, kind_of_conic, radius_signs
 
@@ -21,7 +22,7 @@ _KIND_WORDS = {
 _WITH_ARTICLE = {kind: f"{'an' if word[0] == 'e' else 'a'} {word}" for kind, word in _KIND_WORDS.items()}
 
 
-def why_impossible(variant: Variant, specification: Specification, ranges: Ranges) -> str | None:
+def why_impossible(variant: Variant, specification: Specification, free: FreeRanges) -> str | None:
     """The rule that forbids a variant under a requirement, as a sentence; None if none does.
 
     A concave last mirror sends its light through the viewpoint, so it cannot see a range that contains its own
@@ -29,7 +30,7 @@ def why_impossible(variant: Variant, specification: Specification, ranges: Range
     """
     kinds = variant.configuration.mirror_kinds
     for view in ("lower", "upper"):
-        spans = [_span_deg(specification, baseline, view) for baseline in ranges.baseline]
+        spans = [_span_deg(specification, baseline, view) for baseline in free.baseline]
         mirror = variant.last_mirror(view)
         shown = spans[0]
         if variant.crosses_at_viewpoint(view) and not _can_leave_horizon(spans):
@@ -45,9 +46,9 @@ def why_impossible(variant: Variant, specification: Specification, ranges: Range
                 f"{shown[0]:.1f} to {shown[1]:.1f} degrees"
             )
     gains = [
-        min(limits_at(variant, specification, baseline, distance).values())
-        for baseline in ranges.baseline
-        for distance in ranges.principal_distance
+        min(limiting_gains(variant, specification, baseline, distance).values())
+        for baseline in free.baseline
+        for distance in free.principal_distance
     ]
     if max(gains) <= 0.0:
         return "the outer zone and the gap leave no room for the inner zone"

@@ -14,11 +14,12 @@ from designer.evaluate.depth import Volume
 from designer.evaluate.fabrication import mirror_shape
 from designer.evaluate.limit import ImageBounds, arrangement_of, least_limit_over
 from designer.evaluate.score import evaluate_design
+from designer.goals import in_columns
 from designer.optics.layout import Layout, PlacedMirror
 from designer.optics.view import elevation_tangents_of_views
 from designer.optimise.multistart import Candidate
 from designer.optimise.search import SearchResult
-from designer.requirement import GOAL_COLUMNS, Lens, Requirement
+from designer.requirement import Lens, Requirement
 
 _KINDS = {
     MirrorKind.PLANE: "plane",
@@ -169,8 +170,8 @@ def _score(requirement: Requirement, result: SearchResult, record: Design) -> di
         "smallest_clearance_mm": float(clearances[tightest]),
         "smallest_clearance_where": names[tightest],
         "largest_slope_deg": max(max(abs(slope) for slope in shape.slope_deg) for shape in shapes),
-        "first_stage": _in_columns(first.goals),
-        "second_stage": _in_columns(best.goals),
+        "first_stage": in_columns(first.goals),
+        "second_stage": in_columns(best.goals),
         "least_limit": least_limit_of(requirement, best.problem.variant.configuration),
         "first_stage_limit_ratio": first.goals["depth_error"] / result.limit_of_first,
         "largest_scaled_violation": best.violation,
@@ -210,10 +211,3 @@ def least_limit_of(requirement: Requirement, configuration: Configuration) -> di
         "baseline_mm": least.baseline,
         "focal_length_mm": least.principal_distance,
     }
-
-
-_GOAL_FACTORS = {"volume": 1e-3}
-
-
-def _in_columns(goals: dict[str, float]) -> dict[str, float]:
-    return {GOAL_COLUMNS[name]: value * _GOAL_FACTORS.get(name, 1.0) for name, value in goals.items()}

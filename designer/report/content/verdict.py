@@ -6,10 +6,10 @@ from collections import Counter
 from typing import Any
 
 from designer.configurations import Configuration, MirrorKind, enumerate_configurations
+from designer.goals import GOALS
 from designer.report.content.requirement import objective_name
 from designer.report.content.tables import percent
 from designer.report.typst.markup import literal, number, plain_number, text, typographic
-from designer.requirement import GOAL_COLUMNS
 from designer.study.results import Row, StudyFolder
 
 _ADJECTIVE = {
@@ -118,7 +118,7 @@ def _decided(study: StudyFolder) -> str:
     objective = study.requirement.get("objective", {})
     first, then = objective.get("minimise"), objective.get("then")
     within = float(objective.get("within_percent") or 0.0)
-    if first not in GOAL_COLUMNS:
+    if first not in GOALS:
         return ""
     values = [value for row in study.feasible if (value := _first_objective(row, str(first))) is not None]
     if len(values) < 2:
@@ -135,7 +135,7 @@ def _decided(study: StudyFolder) -> str:
 
 def _first_objective(row: Row, objective: str) -> float | None:
     """The value that the tolerance compares: that of the first stage where the study tells it."""
-    column = GOAL_COLUMNS[objective]
+    column = GOALS[objective].column
     staged = row.number(f"first_stage_{column}")
     return staged if staged is not None else row.number(column)
 
