@@ -25,13 +25,14 @@ from numpy.typing import NDArray
 from designer import __version__
 from designer.design import Design
 from designer.files import write_atomically
-from designer.imaging.files import write_arrays, write_image, write_ply
+from designer.imaging.images import Image, write_arrays, write_image
 from designer.imaging.stereo.cloud import FloorPlan, floor_plan, heights_at_every_distance
 from designer.imaging.stereo.matching import ACCURATE_OPTIONS, Matcher, Matches, MatchOutcome
-from designer.imaging.stereo.panorama import DEFAULT_COLUMNS, Image, Sampling
+from designer.imaging.stereo.panorama import DEFAULT_COLUMNS, Sampling
 from designer.imaging.stereo.placement import ImagePlacement
-from designer.imaging.stereo.reconstruction import PointCloud, reconstruct
-from designer.imaging.stereo.rig import StereoRig, build_rig, match_image, panoramas
+from designer.imaging.stereo.ply import write_ply
+from designer.imaging.stereo.reconstruction import PointCloud
+from designer.imaging.stereo.rig import StereoRig, build_rig, match_image, panoramas, point_cloud
 
 SUMMARY = "summary.json"
 # Blue, green, red of each outcome in outcomes.png; kept pixels are white. Legible to the colour-blind.
@@ -49,7 +50,7 @@ OUTCOME_COLOURS = {
 
 @dataclass(frozen=True, slots=True)
 class StereoRequest:
-    """What was asked of one raw image; see :func:`designer.imaging.stereo.rig.build_rig` and the matching options."""
+    """How one raw image is processed; see :func:`designer.imaging.stereo.rig.build_rig` and the matching options."""
 
     placement: ImagePlacement | None = None
     sampling: Sampling = "spherical"
@@ -95,15 +96,14 @@ def process(design: Design, raw: Image, request: StereoRequest) -> StereoResult:
     )
     matches = match_image(rig, raw, options)
     pair = panoramas(rig, raw)
-    cloud = reconstruct(design, rig.grid, matches.disparities, pair["upper"], request.noise_px)
+    # The points are coloured by the panorama that is written beside them.
+    cloud = point_cloud(rig, raw, matches, request.noise_px, colours=pair["upper"])
     plan = floor_plan(cloud, request.slab_mm or heights_at_every_distance(design), rig.search.distances_mm[1])
     return StereoResult(rig, pair["upper"], pair["lower"], matches, cloud, plan)
 
 
-def write_results(
-    result: StereoResult, request: StereoRequest, folder: Path, inputs: Mapping[str, Path]
-) -> dict[str, Any]:
-    """Write the folder of results and return its summary. ``inputs`` are the files that it was made from."""
+def write_results(result: StereoResult, request: StereoRequest, folder: Path, inputs: Mapping[str, Path]) -> None:
+    """Write the folder of results. ``inputs`` are the files that it was made from."""
     folder.mkdir(parents=True, exist_ok=True)
     # An earlier run's must not vouch for what this one leaves if it is interrupted.
     (folder / SUMMARY).unlink(missing_ok=True)
@@ -130,7 +130,6 @@ def write_results(
     )
     summary = _summary(result, request, inputs, unit_mm)
     write_atomically(folder / SUMMARY, json.dumps(summary, indent=2, allow_nan=False) + "\n")
-    return summary
 
 
 def disparity_picture(matches: Matches) -> Image:

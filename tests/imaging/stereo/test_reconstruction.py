@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from designer.imaging.files import write_ply
 from designer.imaging.stereo.cloud import floor_plan, view_of_cloud
 from designer.imaging.stereo.panorama import panorama_grid, view_images
 from designer.imaging.stereo.placement import ImagePlacement
+from designer.imaging.stereo.ply import write_ply
 from designer.imaging.stereo.reconstruction import (
     PointCloud,
     disparity_from_distance,

@@ -12,7 +12,7 @@ from click.testing import CliRunner, Result
 from designer.cli import cli
 from designer.design import write_design
 from designer.files import InputError
-from designer.imaging.files import read_raw_image
+from designer.imaging.images import read_raw_image
 from designer.imaging.stereo.placement import ImagePlacement
 from support.analytic_room import Waves, eccentric_wall, raw_image
 from support.imaging_designs import coarse_prototype
@@ -139,7 +139,7 @@ def test_a_tiff_that_asks_to_be_turned_is_refused(tmp_path, orientation):
     if orientation == 1:
         np.testing.assert_array_equal(read_raw_image(path, camera), pixels)
         return
-    with pytest.raises(InputError, match="asks to be turned"):
+    with pytest.raises(InputError, match="asks to be rotated"):
         read_raw_image(path, camera)
 
 
