@@ -32,11 +32,11 @@ FARTHEST_CENTRE_PX, LARGEST_NOISE_PX = 1e6, 1000.0
 @click.option("--distance-mm", type=(float, float), metavar="NEAR FAR", help="Nearest and farthest distance to match.")
 @click.option("--matcher", type=click.Choice(["sad", "semi-global"]), default="sad", show_default=True)
 @click.option(
-    "--window", type=click.IntRange(3, 15), default=9, show_default=True, help="Side of the matching window, odd."
+    "--window", type=click.IntRange(3, 15), default=9, show_default=True, help="Side of the window, odd."
 )
 @click.option("--equalise/--no-equalise", default=True, help="Equalise the two views' resolution.  [default: on]")
 @click.option("--level-brightness", is_flag=True, help="For views of unequal brightness.")
-@click.option("--noise-px", type=float, help="Standard deviation of an image point, for the uncertainties.")
+@click.option("--noise-px", type=float, help="Noise of an image point, for the uncertainties.")
 @click.option("--slab-mm", type=(float, float), metavar="LOW HIGH", help="Heights z of the floor plan.")
 def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
     """Reconstruct a point cloud from RAW, an image taken by the camera of DESIGN.json."""
