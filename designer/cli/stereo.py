@@ -31,9 +31,7 @@ FARTHEST_CENTRE_PX, LARGEST_NOISE_PX = 1e6, 1000.0
 @click.option("--elevation-deg", type=(float, float), metavar="LOW HIGH", help="Elevations of both panoramas.")
 @click.option("--distance-mm", type=(float, float), metavar="NEAR FAR", help="Nearest and farthest distance to match.")
 @click.option("--matcher", type=click.Choice(["sad", "semi-global"]), default="sad", show_default=True)
-@click.option(
-    "--window", type=click.IntRange(3, 15), default=9, show_default=True, help="Side of the window, odd."
-)
+@click.option("--window", type=click.IntRange(3, 15), default=9, show_default=True, help="Side of the window, odd.")
 @click.option("--equalise/--no-equalise", default=True, help="Equalise the two views' resolution.  [default: on]")
 @click.option("--level-brightness", is_flag=True, help="For views of unequal brightness.")
 @click.option("--noise-px", type=float, help="Noise of an image point, for the uncertainties.")
@@ -45,7 +43,7 @@ def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
     _check(asked)
     record = read_design(design)
     from designer.imaging.images import read_raw_image
-    from designer.imaging.stereo.results import StereoRequest, process, write_results
+    from designer.imaging.stereo.results import StereoRequest, process, rig_of_request, write_results
 
     image = read_raw_image(raw, record.camera)
     placement = _placement(record, asked)
@@ -68,7 +66,7 @@ def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
         noise_px=asked["noise_px"],
         slab_mm=asked["slab_mm"],
     )
-    result = process(record, image, request)
+    result = process(rig_of_request(record, request), image, request)
     write_results(result, request, out, {"design": design, "raw": raw})
     outcomes = result.matches.fractions
     points = len(result.cloud.positions_mm)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from designer.design import Design, Interval, View
+from designer.notebook_html import html_table
 from designer.trace.aiming import pinhole_angles, widest_pinhole_angle
 from designer.trace.bundles import pinhole_directions
 from designer.trace.conics import Array
@@ -114,6 +115,15 @@ class Verdict:
     def smallest_clearance_at(self) -> str:
         """Which view, leg and rim have the smallest clearance; empty if none was found."""
         return min(self.views.values(), key=lambda view: view.clearance_mm).clearance_at
+
+    def _repr_html_(self) -> str:
+        title = f"{self.configuration}: {'passes' if self.passed else 'does not pass'}"
+        columns = ("view", "viewpoint (mm)", "single-viewpoint residual (mm)", "least clearance (mm)", "problems")
+        rows = [
+            (name, view.viewpoint_mm, view.svp_residual_mm, view.clearance_mm, len(view.problems))
+            for name, view in self.views.items()
+        ]
+        return html_table(title, columns, rows, "; ".join(self.problems))
 
 
 def judge(design: Design, *, whole_image: bool = True) -> Verdict:

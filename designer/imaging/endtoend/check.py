@@ -22,6 +22,7 @@ from designer.imaging.render.scenes.world import Array, World, first_surfaces
 from designer.imaging.stereo.matching import ACCURATE_OPTIONS, Matches, MatchingOptions
 from designer.imaging.stereo.placement import ViewImage
 from designer.imaging.stereo.rig import StereoRig, build_rig, match_image, panoramas
+from designer.notebook_html import html_table, percent
 
 # Matches are looked for well beyond the working volume: a search that ended at its edge would cut off the errors of
 # one sign there and so look like bias.
@@ -96,6 +97,20 @@ class EndToEndCheck:
         """Whether every band that can be judged passes, and there is one."""
         judged = [band for band in self.bands if band.is_judged]
         return bool(judged) and not any(band.problems for band in judged)
+
+    def _repr_html_(self) -> str:
+        title = f"{self.configuration}, scene {self.scene}: {'passed' if self.passed else 'FAILED'}"
+        columns = ("distance (mm)", "pixels", "kept", "median error", "robust rms error", "predicted", "problems")
+        rows = [
+            (
+                "{:.4g} to {:.4g}".format(*band.distance_mm),
+                band.pixels,
+                *(percent(share) for share in (band.kept, band.bias, band.error, band.predicted)),
+                ", ".join(band.problems) or ("none" if band.is_judged else "too few pixels to judge"),
+            )
+            for band in self.bands
+        ]
+        return html_table(title, columns, rows)
 
 
 def check_design(design: Design, options: CheckOptions = DEFAULT_OPTIONS) -> EndToEndCheck:

@@ -33,6 +33,7 @@ from designer.imaging.stereo.placement import ImagePlacement
 from designer.imaging.stereo.ply import write_ply
 from designer.imaging.stereo.reconstruction import PointCloud
 from designer.imaging.stereo.rig import StereoRig, build_rig, match_image, panoramas, point_cloud
+from designer.notebook_html import html_table, percent
 
 SUMMARY = "summary.json"
 # Blue, green, red of each outcome in outcomes.png; kept pixels are white. Legible to the colour-blind.
@@ -76,10 +77,19 @@ class StereoResult:
     cloud: PointCloud
     plan: FloorPlan
 
+    def _repr_html_(self) -> str:
+        dropped = {name: part for name, part in self.matches.fractions.items() if name != "kept" and part > 0}
+        rows = [
+            ("points", len(self.cloud.positions_mm)),
+            ("kept", percent(self.matches.fractions["kept"])),
+            *((name.replace("_", " "), percent(part)) for name, part in dropped.items()),
+        ]
+        return html_table(f"{self.rig.design.configuration}, reconstructed", ("", "of the panorama"), rows)
 
-def process(design: Design, raw: Image, request: StereoRequest) -> StereoResult:
-    """Take one raw image all the way to a point cloud and a floor plan."""
-    rig = build_rig(
+
+def rig_of_request(design: Design, request: StereoRequest) -> StereoRig:
+    """The rig that a request describes; it serves every image that is taken in the same way."""
+    return build_rig(
         design,
         sampling=request.sampling,
         columns=request.columns,
@@ -88,6 +98,10 @@ def process(design: Design, raw: Image, request: StereoRequest) -> StereoResult:
         distances_mm=request.distances_mm,
         equalise=request.equalise,
     )
+
+
+def process(rig: StereoRig, raw: Image, request: StereoRequest) -> StereoResult:
+    """Take one raw image all the way to a point cloud and a floor plan."""
     options = replace(
         ACCURATE_OPTIONS,
         matcher=request.matcher,
@@ -98,7 +112,7 @@ def process(design: Design, raw: Image, request: StereoRequest) -> StereoResult:
     pair = panoramas(rig, raw)
     # The points are coloured by the panorama that is written beside them.
     cloud = point_cloud(rig, raw, matches, request.noise_px, colours=pair["upper"])
-    plan = floor_plan(cloud, request.slab_mm or heights_at_every_distance(design), rig.search.distances_mm[1])
+    plan = floor_plan(cloud, request.slab_mm or heights_at_every_distance(rig.design), rig.search.distances_mm[1])
     return StereoResult(rig, pair["upper"], pair["lower"], matches, cloud, plan)
 
 
