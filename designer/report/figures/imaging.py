@@ -26,8 +26,8 @@ KERNELS_ENLARGED = 12.0
 
 
 def draw_raw(raw: Image, width_mm: float) -> Figure:
-    """Draw a raw image by itself (figure 8)."""
-    height, width = raw.shape
+    """Draw a raw image, grey or red, green and blue, by itself (figure 8)."""
+    height, width = raw.shape[:2]
     figure = new_figure(width_mm, width_mm * height / width)
     axes = figure.add_subplot()
     axes.imshow(raw, cmap="gray", vmin=0, vmax=255)
