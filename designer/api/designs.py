@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 UNIT_WITHIN = 1e-9
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Evaluation:
     """The score of a design and its notes.
 

@@ -20,7 +20,7 @@ SHOWN_ROWS = 10
 SHOWN_COLUMNS = ["configuration", "status", "depth_error_rms", "limit_ratio", "baseline_mm", "height_mm", "diameter_mm"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class StudyResult:
     """A study: its requirement, its table (a row for each configuration, best first), its designs by name."""
 
@@ -38,7 +38,7 @@ class StudyResult:
         return _shown(title, self.table, SHOWN_COLUMNS)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SweepResult:
     """A sweep's folder, its table (a row for each requirement and configuration) and its winners."""
 
@@ -145,12 +145,12 @@ def configurations() -> pd.DataFrame:
     )
 
 
-def study(asked: Requirement, only: tuple[str, ...] = (), jobs: int | None = None) -> StudyResult:
+def study(requirement: Requirement, only: tuple[str, ...] = (), jobs: int | None = None) -> StudyResult:
     """Solve, trace and rank the configurations of a requirement; nothing is written.
 
     Parameters
     ----------
-    asked
+    requirement
         The requirement.
     only
         Names or glob patterns of configurations; all if empty.
@@ -166,7 +166,7 @@ def study(asked: Requirement, only: tuple[str, ...] = (), jobs: int | None = Non
     from designer.study.folder import table
     from designer.study.run import solve_study
 
-    solved = solve_study(asked, jobs=jobs or cores(), only=only)
+    solved = solve_study(requirement, jobs=jobs or cores(), only=only)
     designs = {each.configuration.name: each.design for each in solved.feasible if each.design is not None}
     return StudyResult(solved.requirement, table(solved.results), designs)
 
@@ -196,7 +196,7 @@ def compare(first: str | Path, second: str | Path) -> StudyComparison:
     return compare_folders(Path(first), Path(second))
 
 
-def multipliers(asked: Requirement, configuration: str) -> pd.Series[float]:
+def multipliers(requirement: Requirement, configuration: str) -> pd.Series[float]:
     """What one more unit of each key is worth to one configuration, from the first stage's multipliers.
 
     The derivative of the least first objective by each key, in its unit for each unit of the key.
@@ -211,11 +211,11 @@ def multipliers(asked: Requirement, configuration: str) -> pd.Series[float]:
     from designer.optimise.multipliers import first_stage_multipliers
     from designer.optimise.search import search
 
-    named = [each for each in asked.configurations if each.name == configuration]
+    named = [each for each in requirement.configurations if each.name == configuration]
     if not named:
         raise InputError(f"{configuration}: is none of the configurations of this requirement")
-    first = search(asked, named[0]).first
-    slopes = None if first is None else first_stage_multipliers(asked, first)
+    first = search(requirement, named[0]).first
+    slopes = None if first is None else first_stage_multipliers(requirement, first)
     if slopes is None:
         raise InputError(f"{configuration}: has no optimum to take multipliers from")
     return pd.Series(slopes, name=configuration)

@@ -67,7 +67,7 @@ class Recording:
     points: Array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class EndToEndCheck:
     """A design checked end to end.
 

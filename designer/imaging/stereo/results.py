@@ -66,7 +66,7 @@ class StereoRequest:
     slab_mm: tuple[float, float] | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class StereoResult:
     """What one raw image gave."""
 
