@@ -13,10 +13,11 @@ from dataclasses import dataclass
 from designer.evaluate.depth import StereoPair, Volume, depth_error_rms
 from designer.optics.backend import Scalar, absolute, arctan, degrees, maximum, minimum, sqrt, tan
 from designer.optics.conic import FocalConic
+from designer.optics.kinds import ELLIPSOID_GAINS
 from designer.optics.layout import Layout, OpticalPath, PlacedMirror, Reflection, Surroundings, lay_out
 from designer.optics.view import elevation_tangents_of_views, half_angle_tangent
 from designer.optimise.specification import Specification
-from designer.optimise.variants import ELLIPSOID_GAINS, Variant
+from designer.optimise.variants import Variant
 
 # |kappa| t^2 = 1 is where a conic's vertex sheet ends for a ray from its focus; stay this far below.
 SHEET_MARGIN = 0.02
@@ -271,7 +272,7 @@ def _sheet_constraints(variant: Variant, paths: tuple[OpticalPath, ...]) -> list
     constraints = []
     for path in paths:
         for reflection in path.reflections:
-            reach = absolute(reflection.conic.inverse_gain) * reflection.half_tangents[1] ** 2
+            reach = absolute(reflection.conic.tangent_ratio) * reflection.half_tangents[1] ** 2
             name = f"light meets the vertex sheet of the {reflection.mirror} mirror"
             constraints.append(Constraint(name, "(a ratio)", 0.05, 1.0 - SHEET_MARGIN - reach))
     fold = variant.fold
@@ -291,10 +292,10 @@ def _sheet_constraints(variant: Variant, paths: tuple[OpticalPath, ...]) -> list
             kind = "ellipsoid" if fold.primary_gains == ELLIPSOID_GAINS else "hyperboloid"
             constraints += [
                 Constraint(
-                    f"primary stays a {kind} (gain from below)", "(in the gain)", 0.05, primary.inverse_gain - low
+                    f"primary stays a {kind} (gain from below)", "(in the gain)", 0.05, primary.tangent_ratio - low
                 ),
                 Constraint(
-                    f"primary stays a {kind} (gain from above)", "(in the gain)", 0.05, high - primary.inverse_gain
+                    f"primary stays a {kind} (gain from above)", "(in the gain)", 0.05, high - primary.tangent_ratio
                 ),
             ]
     return constraints

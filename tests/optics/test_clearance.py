@@ -44,9 +44,9 @@ RAYS = 301
     st.floats(0.05, 0.95),
     angles,
 )
-def test_extents_are_the_largest_over_the_whole_face(inverse_gain, distance, side, start, share, angle):
-    conic = FocalConic(0.0, distance, inverse_gain)
-    limit = 0.97 * min(1.0, abs(inverse_gain) ** -0.5 if inverse_gain else 1.0)
+def test_extents_are_the_largest_over_the_whole_face(tangent_ratio, distance, side, start, share, angle):
+    conic = FocalConic(0.0, distance, tangent_ratio)
+    limit = 0.97 * min(1.0, abs(tangent_ratio) ** -0.5 if tangent_ratio else 1.0)
     tangents = limit * np.array([start * share, share])
     inner, outer = (conic.point(tangent)[0] for tangent in tangents)
     face = FaceRows(conic.surface, np.array([[inner]]), np.array([[outer]]), np.array([[side]]))
