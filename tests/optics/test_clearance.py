@@ -62,16 +62,16 @@ def test_extents_are_the_largest_over_the_whole_face(tangent_ratio, distance, si
 
 def blocked_pairs(design: Design) -> set[tuple[str, int, str, int]]:
     """What the tracer finds in the way of asked light: view, mirrors met before, solid, and its side of the axis."""
-    scene = build_instrument(design)
+    instrument = build_instrument(design)
     found = set()
     for name, view in (("upper", design.views.upper), ("lower", design.views.lower)):
         sign = 1.0 if view.sense == "direct" else -1.0
         elevations = np.radians(np.linspace(*view.elevation_deg, RAYS))
         psi = 2.0 * np.arctan(view.gain * np.tan(np.pi / 4 + sign * elevations / 2))
-        trace = trace_first_hits(scene, pinhole_directions(psi))
-        report = compare_with_path(trace, scene.path(view.path))
+        trace = trace_first_hits(instrument, pinhole_directions(psi))
+        report = compare_with_path(trace, instrument.path(view.path))
         for ray in np.flatnonzero(report.status == Status.BLOCKED):
-            leg, element = int(report.leg[ray]), scene.elements[report.element[ray]]
+            leg, element = int(report.leg[ray]), instrument.elements[report.element[ray]]
             met_mirror = trace.sequence[ray, leg] >= 0
             place = trace.hits[ray, leg] if met_mirror else trace.blocked_at[ray]
             solid = element.split(" of ")[-1].replace("lens barrel", "lens").replace("camera body", "body")

@@ -68,10 +68,10 @@ def test_the_tracer_sends_rays_of_one_focus_through_the_other_with_the_gain(tang
     conic = FocalConic(0.0, distance, tangent_ratio)
     tangent = half_tangent_at(conic, reach)
     radius, _ = conic.point(tangent)
-    scene = build_instrument(_design_with(mirror_of(conic)))
+    instrument = build_instrument(_design_with(mirror_of(conic)))
     psi = 2.0 * np.arctan(tangent)
     ray = np.array([[np.sin(psi) * np.cos(azimuth), np.sin(psi) * np.sin(azimuth), np.cos(psi)]])
-    trace = trace_sequential(scene, [0], ray, apertures=False)
+    trace = trace_sequential(instrument, [0], ray, apertures=False)
     point, direction = trace.point[0], trace.direction[0]
     assert np.hypot(point[0], point[1]) == pytest.approx(abs(radius), rel=1e-8, abs=1e-9)
     if tangent_ratio == 0.0:
