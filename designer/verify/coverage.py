@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from designer.design import Interval
+from designer.trace.arrays import Array, Indices
 from designer.trace.bundles import elevation_angles, pinhole_directions
-from designer.trace.conics import Array
 from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
-from designer.trace.instrument import Indices, Instrument
+from designer.trace.instrument import Instrument
 from designer.trace.sequential import trace_sequential
 
 # Any azimuth would do, since the surfaces are round; a crooked one exercises all three coordinates.

@@ -14,8 +14,8 @@ import numpy as np
 
 from designer.design import Design, View
 from designer.trace.aiming import widest_pinhole_angle
+from designer.trace.arrays import Array
 from designer.trace.bundles import elevation_angles, pinhole_directions
-from designer.trace.conics import Array
 from designer.trace.instrument import Instrument, build_instrument
 from designer.trace.sequential import trace_sequential
 from designer.verify.coverage import SCAN_AZIMUTH

@@ -8,8 +8,8 @@ import numpy as np
 
 from designer.design import Design, Interval, View
 from designer.trace.aiming import pinhole_angles, widest_pinhole_angle
+from designer.trace.arrays import Array
 from designer.trace.bundles import pinhole_directions
-from designer.trace.conics import Array
 from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
 from designer.trace.instrument import Instrument, build_instrument
 from designer.trace.sequential import trace_sequential
