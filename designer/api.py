@@ -206,7 +206,7 @@ def read_sweep_folder(folder: str | Path) -> SweepResult:
 
 def trace(design: Design) -> Verdict:
     """The tracer's verdict on a design."""
-    from designer.verify.verdict import judge
+    from designer.verify.judge import judge
 
     return judge(design)
 

@@ -16,8 +16,8 @@ from designer.optics.layout import Layout
 from designer.trace.bundles import pinhole_directions
 from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
 from designer.trace.instrument import build_instrument
+from designer.verify.judge import judge
 from designer.verify.solids import contact_problems
-from designer.verify.verdict import judge
 from support.shipped_problems import (
     VARIANTS,
     at,
