@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from designer.design import Interval, ViewName
+from designer.notebook_html import html_table
 from designer.verify.coverage import ImageZone
 
 
@@ -81,3 +82,12 @@ class Verdict:
     def smallest_clearance_at(self) -> str:
         """Which view, leg and rim have the smallest clearance; empty if none was found."""
         return min(self.views.values(), key=lambda view: view.clearance_mm).clearance_at
+
+    def _repr_html_(self) -> str:
+        title = f"{self.configuration}: {'passes' if self.passed else 'does not pass'}"
+        columns = ("view", "viewpoint (mm)", "single-viewpoint residual (mm)", "least clearance (mm)", "problems")
+        rows = [
+            (name, view.viewpoint_mm, view.svp_residual_mm, view.clearance_mm, len(view.problems))
+            for name, view in self.views.items()
+        ]
+        return html_table(title, columns, rows, "; ".join(self.problems))
