@@ -114,7 +114,7 @@ def _number(value: Any) -> float | None:
 
 def trace(design: Design) -> Verdict:
     """The tracer's verdict on a design."""
-    from designer.verify.verdict import judge
+    from designer.verify.judge import judge
 
     return judge(design)
 

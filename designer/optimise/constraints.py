@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from designer.optics.backend import Scalar, absolute, arctan, degrees, maximum, sqrt
+from designer.optics.kinds import ELLIPSOID_GAINS
 from designer.optimise.system import System, zone_tangents
-from designer.optimise.variants import ELLIPSOID_GAINS
 
 # |kappa| t^2 = 1 is where a conic's vertex sheet ends for a ray from its focus; stay this far below.
 SHEET_MARGIN = 0.02
@@ -85,7 +85,7 @@ def sheet_constraints(system: System) -> Iterable[Constraint]:
     """Every ray meets the vertex sheets, forwards, on the side the variant says."""
     for path in system.paths:
         for reflection in path.reflections:
-            reach = absolute(reflection.conic.inverse_gain) * reflection.half_tangents[1] ** 2
+            reach = absolute(reflection.conic.tangent_ratio) * reflection.half_tangents[1] ** 2
             name = f"light meets the vertex sheet of the {reflection.mirror} mirror"
             yield Constraint("vertex_sheet", name, "(a ratio)", 0.05, 1.0 - SHEET_MARGIN - reach)
 
@@ -109,7 +109,7 @@ def folding_pair_constraints(system: System) -> Iterable[Constraint]:
     if fold.primary_gains is not None:
         low, high = fold.primary_gains
         kind = "ellipsoid" if fold.primary_gains == ELLIPSOID_GAINS else "hyperboloid"
-        for side, spare in (("below", primary.inverse_gain - low), ("above", high - primary.inverse_gain)):
+        for side, spare in (("below", primary.tangent_ratio - low), ("above", high - primary.tangent_ratio)):
             name = f"primary stays a {kind} (gain from {side})"
             yield Constraint("primary_kind", name, "(in the gain)", 0.05, spare)
 

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from designer.evaluate.depth import StereoPair, Volume
-from designer.optics.backend import Scalar, maximum, minimum, tan
+from designer.optics.backend import Scalar, tan
 from designer.optics.conic import FocalConic
-from designer.optics.layout import Layout, OpticalPath, PlacedMirror, Reflection, Surroundings, lay_out
+from designer.optics.layout import Layout, OpticalPath, Reflection, Surroundings, lay_out
 from designer.optics.view import elevation_tangents_of_views, half_angle_tangent
 from designer.optimise.limit import volume_of
 from designer.optimise.specification import Specification
@@ -92,13 +92,8 @@ def enclosure(variant: Variant, values: Values, specification: Specification) ->
     """Top, bottom and radius of a mirror system as they are (design notes, section 4), for floats and arrays."""
     paths = _paths(variant, values, _needed_slopes(values, specification))
     layout = lay_out(paths, _sides(variant), _surroundings(specification))
-    heights = [height for mirror in layout.mirrors for height in _extreme_heights(mirror)]
-    top, bottom, radius = heights[0], specification.lens_front, layout.mirrors[0].outer_radius
-    for height in heights:
-        top, bottom = maximum(top, height), minimum(bottom, height)
-    for mirror in layout.mirrors:
-        radius = maximum(radius, mirror.outer_radius)
-    return {"top": top, "bottom": bottom, "radius": radius}
+    size = layout.size(specification.lens_front)
+    return {"top": size.top, "bottom": size.bottom, "radius": size.radius}
 
 
 def zone_tangents(variant: Variant, view: str, slopes: Slopes) -> tuple[Scalar, Scalar]:
@@ -182,9 +177,3 @@ def _surroundings(specification: Specification) -> Surroundings:
         specification.body_radius,
         specification.reach_radius,
     )
-
-
-def _extreme_heights(mirror: PlacedMirror) -> list[Scalar]:
-    """Heights of both rims, on the face and on the back."""
-    shift = mirror.direction * mirror.thickness
-    return [height + offset for height in mirror.rim_heights for offset in (0.0, shift)]

@@ -1,6 +1,6 @@
 """What an engineer asks for: the requirement, its file, and the reference page of its keys."""
 
-from designer.requirement.camera import Camera, Lens, principal_distance
+from designer.requirement.camera import Camera, Lens
 from designer.requirement.fixed import Fixed, FixedMirror, FixedView
 from designer.requirement.model import SAME_OBJECTIVE, Objective, Requirement, Solve
 from designer.requirement.reading import (
@@ -30,7 +30,6 @@ __all__ = [
     "Solve",
     "WorkingVolume",
     "name_from",
-    "principal_distance",
     "read_requirement",
     "read_toml",
     "requirement_from_json",

@@ -16,17 +16,11 @@ from designer.evaluate.limit import ImageBounds, arrangement_of, least_limit_ove
 from designer.evaluate.score import evaluate_design
 from designer.goals import in_columns
 from designer.optics.layout import Layout, PlacedMirror
+from designer.optics.thin_lens import nominal_focal_length
 from designer.optics.view import elevation_tangents_of_views
 from designer.optimise.multistart import Candidate
 from designer.optimise.search import SearchResult
 from designer.requirement import Lens, Requirement
-
-_KINDS = {
-    MirrorKind.PLANE: "plane",
-    MirrorKind.HYPERBOLOID: "hyperboloid",
-    MirrorKind.ELLIPSOID: "ellipsoid",
-    MirrorKind.PARABOLOID: "paraboloid",
-}
 
 
 def design_of(requirement: Requirement, result: SearchResult) -> Design:
@@ -91,7 +85,7 @@ def _camera(requirement: Requirement, lens: Lens, principal_distance: float) -> 
     camera = requirement.camera
     # f u / (f + u) undoes f0 u / (u - f0) but for the last digit: what was asked for is written as it was asked for.
     shortest, longest = lens.focal_lengths_mm
-    nominal = min(max(principal_distance / (1.0 + principal_distance / lens.focus_distance_mm), shortest), longest)
+    nominal = min(max(nominal_focal_length(principal_distance, lens.focus_distance_mm), shortest), longest)
     return Camera.model_validate(
         {
             "focal_length_mm": principal_distance,
@@ -118,7 +112,7 @@ def _mirror(mirror: PlacedMirror, kind: MirrorKind, requirement: Requirement) ->
     return Mirror.model_validate(
         {
             "name": mirror.name,
-            "kind": _KINDS[kind],
+            "kind": kind.word,
             "vertex_mm": _number(mirror.surface.vertex_height),
             "radius_mm": None if kind is MirrorKind.PLANE else 1.0 / curvature,
             "conic": conic_term / curvature**2 - 1.0 if conic is None else conic,
@@ -137,7 +131,7 @@ def _views(candidate: Candidate) -> Views:
         (specification.distance_near, specification.distance_far),
         values["baseline"],
     )
-    outer = "upper" if variant.configuration.topology == "upper_outer" else "lower"
+    outer = variant.configuration.outer_view
     folded = variant.fold is not None
 
     def view(name: str, slopes: tuple[float, float]) -> View:

@@ -24,7 +24,7 @@ from designer.trace.aiming import widest_pinhole_angle
 from designer.trace.bundles import elevation_angles, pinhole_directions
 from designer.trace.instrument import build_instrument
 from designer.trace.sequential import trace_sequential
-from designer.verify.verdict import judge
+from designer.verify.judge import judge
 from support.shipped_problems import (
     CONFIGURATIONS,
     SHIPPED,

@@ -15,7 +15,7 @@ from designer.optimise.search import SearchResult, search
 from designer.requirement import Requirement, requirement_to_toml, set_key
 from designer.requirement.reading import read_requirement
 from designer.study.record import design_of
-from designer.verify.verdict import judge
+from designer.verify.judge import judge
 from support.shipped_problems import CONFIGURATIONS, put_together, shipped_requirement
 
 NAME = "folded-HyPl-Hy-upper_outer"

@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from scipy.optimize import brentq
 
-from designer.evaluate.resolution import VIEW_NAMES
+from designer.design import VIEW_NAMES
 from designer.imaging.images import Image
 from designer.imaging.stereo.equalisation import ScaleFactors, build_equaliser
 from designer.imaging.stereo.matching import Matches, MatchingOptions, MatchOutcome, match

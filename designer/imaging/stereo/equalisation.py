@@ -26,7 +26,7 @@ from scipy.fft import irfft, rfft
 from scipy.sparse import csr_array
 from scipy.special import ive
 
-from designer.evaluate.resolution import ViewName
+from designer.design import ViewName
 from designer.files import InputError
 from designer.imaging.images import Image
 from designer.imaging.stereo.panorama import AZIMUTH_PADDING, LARGEST_SIDE, PanoramaGrid, imaged_rows

@@ -8,8 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from designer.design import Design
-from designer.evaluate.resolution import VIEW_NAMES, ViewName
+from designer.design import VIEW_NAMES, Design, ViewName
 from designer.files import InputError
 from designer.imaging.images import Image
 from designer.imaging.stereo.equalisation import (
@@ -101,7 +100,7 @@ def build_rig(
         )
     equalisers = None
     if equalise:
-        inner: ViewName = "upper" if design.views.upper.zone == "inner" else "lower"
+        inner = design.views.inner
         factors = factors_of_rows(grid, images, inner, reference_distance_mm or 2.0 / (1.0 / near + 1.0 / far))
         sigma_px = sigma_px or reference_sigma_px(grid, images, factors)
         equalisers = {view: build_equaliser(grid, images[view], view, factors[view], sigma_px) for view in VIEW_NAMES}

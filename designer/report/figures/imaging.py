@@ -9,7 +9,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 
-from designer.evaluate.resolution import VIEW_NAMES, ViewName
+from designer.design import VIEW_NAMES
 from designer.imaging.endtoend.equalisation_experiment import EqualisationComparison
 from designer.imaging.images import Image
 from designer.imaging.stereo.cloud import FloorPlan, view_of_cloud
@@ -48,7 +48,7 @@ def draw_kernels(rig: StereoRig, raw: Image, width_mm: float) -> Figure:
     figure = draw_raw(raw, width_mm)
     (axes,) = figure.axes
     near, far = rig.design.working_volume.distance_mm
-    inner: ViewName = "upper" if rig.design.views.upper.zone == "inner" else "lower"
+    inner = rig.design.views.inner
     factors = factors_of_rows(rig.grid, rig.images, inner, 2.0 / (1.0 / near + 1.0 / far))
     for view in VIEW_NAMES:
         for row in np.linspace(0.12, 0.88, 3) * (rig.grid.rows - 1):

@@ -21,7 +21,7 @@ from designer.requirement import Requirement
 from designer.study.record import record_of
 from designer.study.sweep.definition import requirement_at
 from designer.study.task import columns_of_shortfall, why_broken_down, why_rejected
-from designer.verify.verdict import judge
+from designer.verify.judge import judge
 
 # Configurations of one task: enough of them that a task outweighs what it costs to hand it out.
 CONFIGURATIONS_PER_TASK = 11
