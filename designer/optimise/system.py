@@ -123,7 +123,7 @@ def assemble(variant: Variant, values: Values, specification: Specification, fix
 
 
 def enclosing(variant: Variant, values: Values, specification: Specification) -> dict[str, Scalar]:
-    """Top, bottom and radius of a mirror system as they are (design notes, section 4), for floats and arrays."""
+    """Top, bottom and radius of a mirror system as they are (docs/theory.md, section 7), for floats and arrays."""
     layout = lay_out(
         _paths(variant, values, _views(values, specification)), _sides(variant), _surroundings(specification)
     )

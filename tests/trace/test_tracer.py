@@ -39,7 +39,7 @@ def scene_of(*mirrors: dict[str, Any], **camera: float) -> Instrument:
     return build_instrument(design)
 
 
-# q, c (half of d (z_B - z_A)), facing; every row of the table of mirrors in the design notes.
+# q, c (half of d (z_B - z_A)), facing; every row of the table of mirrors in docs/theory.md, section 2.
 MIRRORS = [
     pytest.param(-0.4, 60.0, "down", id="concave hyperboloid"),
     pytest.param(0.0, 60.0, "down", id="plane facing down"),
