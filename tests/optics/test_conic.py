@@ -13,7 +13,8 @@ from designer.trace.bundles import pinhole_directions
 from designer.trace.instrument import build_instrument, sag
 from designer.trace.sequential import trace_sequential
 
-# Tangent ratios of every kind, seen from focus A: convex hyperboloid, plane, concave hyperboloid, paraboloid, and the two ellipsoids.
+# Tangent ratios of every kind, seen from focus A: convex hyperboloid, plane, concave hyperboloid, paraboloid, and
+# the two ellipsoids.
 tangent_ratios = st.one_of(
     st.floats(1.01, 60.0),
     st.just(1.0),
