@@ -1,4 +1,4 @@
-"""Depth error of a stereo pair of views (design notes, section 5): first order, and what the second adds.
+"""Depth error of a stereo pair of views (docs/theory.md, section 5): first order, and what the second adds.
 
 A point at horizontal distance D is seen by the lower viewpoint at slope m_l = tan(phi_l) and by the upper one at
 m_u, and D = b / (m_l - m_u). With noise sigma_r in the image radius of each view, independent in the two,

@@ -1,4 +1,4 @@
-"""The least depth error that any conic mirrors can reach (design notes, section 5).
+"""The least depth error that any conic mirrors can reach (docs/theory.md, section 6).
 
 Larger gains lower the error of both views, and only the image bounds them: the outer zone ends at the edge of the
 image circle, the inner zone where the outer one begins, less the gap between them. So the best gains for a given

@@ -5,7 +5,7 @@ for a mirror that faces down), and a radius is positive where the mirror is conv
 radius of a design file. Lengths in mm.
 
 The focal form is the hub: half the signed distance between the foci, c, and the signed inverse eccentricity q, in
-rho(psi) = c (1 - q^2) / (cos(psi) - q) about focus A (design notes, section 2). Baker and Nayar's (c, k), semi-axes
+rho(psi) = c (1 - q^2) / (cos(psi) - q) about focus A (docs/theory.md, section 2). Baker and Nayar's (c, k), semi-axes
 (a, b, c) and (eccentricity, semi-latus rectum) are even in q, so a :class:`Sheet` is kept beside them. A paraboloid
 has no finite c and a plane no finite eccentricity: they have the forms that exist, and the others say so.
 """

@@ -1,4 +1,4 @@
-"""One view as four numbers: viewpoint height, sense, gain and principal distance (design notes, section 2).
+"""One view as four numbers: viewpoint height, sense, gain and principal distance (docs/theory.md, section 4).
 
 A direct view obeys tan(psi/2) = kappa tan(pi/4 + phi/2), a folded one tan(psi/2) = kappa tan(pi/4 - phi/2), where
 psi is the angle of a ray at the pinhole from +z and phi the elevation at the effective viewpoint. With m = tan(phi)
@@ -50,7 +50,7 @@ def image_half_tangent(image_radius: Scalar, principal_distance: Scalar) -> Scal
 def elevation_tangents_of_views(
     elevation_tangents: tuple[Scalar, Scalar], distances: tuple[Scalar, Scalar], baseline: Scalar
 ) -> tuple[tuple[Scalar, Scalar], tuple[Scalar, Scalar]]:
-    """The ranges of tan(phi) that the two viewpoints need to see a working volume (design notes, section 5).
+    """The ranges of tan(phi) that the two viewpoints need to see a working volume (docs/theory.md, section 5).
 
     The volume's corners decide: the upper viewpoint, b/2 above the middle, sees the bottom of the near wall
     steepest and the top of the far wall highest; the lower viewpoint the reverse.

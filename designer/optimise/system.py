@@ -89,7 +89,7 @@ def put_together(variant: Variant, values: Values, specification: Specification)
 
 
 def enclosure(variant: Variant, values: Values, specification: Specification) -> dict[str, Scalar]:
-    """Top, bottom and radius of a mirror system as they are (design notes, section 4), for floats and arrays."""
+    """Top, bottom and radius of a mirror system as they are (docs/theory.md, section 7), for floats and arrays."""
     paths = _paths(variant, values, _needed_slopes(values, specification))
     layout = lay_out(paths, _sides(variant), _surroundings(specification))
     size = layout.size(specification.lens_front)

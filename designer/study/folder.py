@@ -1,4 +1,4 @@
-"""A study's folder, written whole file by whole file: the contract of the design notes, section 6."""
+"""A study's folder, written whole file by whole file: the contract in docs/results.md."""
 
 from __future__ import annotations
 

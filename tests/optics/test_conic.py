@@ -9,10 +9,12 @@ from hypothesis import strategies as st
 
 from designer.design import Design, Mirror
 from designer.optics.conic import FocalConic, conic_constant
+from designer.trace.bundles import pinhole_directions
 from designer.trace.instrument import build_instrument, sag
 from designer.trace.sequential import trace_sequential
 
-# Inverse gains of every kind: convex hyperboloid, plane, concave hyperboloid, paraboloid, and the two ellipsoids.
+# Tangent ratios of every kind, seen from focus A: convex hyperboloid, plane, concave hyperboloid, paraboloid, and
+# the two ellipsoids.
 tangent_ratios = st.one_of(
     st.floats(1.01, 60.0),
     st.just(1.0),
@@ -21,6 +23,7 @@ tangent_ratios = st.one_of(
     st.floats(-0.97, -0.03),
     st.floats(-60.0, -1.03),
 )
+with_second_focus = tangent_ratios.filter(lambda value: value != 0.0)
 # Reach as a share of where the vertex sheet ends for a ray from the focus, abs(mu) t^2 = 1.
 reaches = st.floats(0.02, 0.98)
 
@@ -46,6 +49,14 @@ def half_tangent_at(conic: FocalConic, reach: float) -> float:
     return reach * min(1.0, abs(conic.tangent_ratio) ** -0.5 if conic.tangent_ratio else 1.0)
 
 
+def traced(conic: FocalConic, tangent: float, azimuth: float) -> tuple[np.ndarray, np.ndarray]:
+    """Point and direction of leaving of the ray at a half-angle tangent from the focus at the pinhole."""
+    instrument = build_instrument(_design_with(mirror_of(conic)))
+    ray = pinhole_directions([2.0 * np.arctan(tangent)], azimuth)
+    trace = trace_sequential(instrument, [0], ray, apertures=False)
+    return trace.point[0], trace.direction[0]
+
+
 @given(tangent_ratios, st.floats(-200.0, 200.0), st.floats(5.0, 150.0), st.sampled_from([-1.0, 1.0]), reaches)
 def test_points_lie_on_the_surface(tangent_ratio, focus, distance, side, reach):
     conic = FocalConic(focus, side * distance, tangent_ratio)
@@ -63,20 +74,13 @@ def test_points_lie_on_the_ray_from_the_focus(tangent_ratio, distance, reach):
     assert np.arctan2(abs(radius), height + 3.0) == pytest.approx(2.0 * np.arctan(tangent), abs=1e-12)
 
 
-@given(tangent_ratios, st.floats(5.0, 150.0), reaches, st.floats(0.0, 6.28))
+@given(with_second_focus, st.floats(5.0, 150.0), reaches, st.floats(0.0, 6.28))
 def test_the_tracer_sends_rays_of_one_focus_through_the_other_with_the_gain(tangent_ratio, distance, reach, azimuth):
     conic = FocalConic(0.0, distance, tangent_ratio)
     tangent = half_tangent_at(conic, reach)
     radius, _ = conic.point(tangent)
-    instrument = build_instrument(_design_with(mirror_of(conic)))
-    psi = 2.0 * np.arctan(tangent)
-    ray = np.array([[np.sin(psi) * np.cos(azimuth), np.sin(psi) * np.sin(azimuth), np.cos(psi)]])
-    trace = trace_sequential(instrument, [0], ray, apertures=False)
-    point, direction = trace.point[0], trace.direction[0]
+    point, direction = traced(conic, tangent, azimuth)
     assert np.hypot(point[0], point[1]) == pytest.approx(abs(radius), rel=1e-8, abs=1e-9)
-    if tangent_ratio == 0.0:
-        assert direction == pytest.approx([0.0, 0.0, -1.0], abs=1e-9)
-        return
     other = np.array([0.0, 0.0, conic.other_focus_height])
     miss = np.linalg.norm(np.cross(other - point, direction))
     assert miss == pytest.approx(0.0, abs=1e-8 * max(1.0, float(np.linalg.norm(other - point))))
@@ -86,7 +90,15 @@ def test_the_tracer_sends_rays_of_one_focus_through_the_other_with_the_gain(tang
     assert np.tan(at_other / 2.0) / tangent_ratio == pytest.approx(tangent, rel=1e-7, abs=1e-10)
 
 
-@given(tangent_ratios.filter(lambda value: value not in (0.0,)), st.floats(5.0, 150.0), reaches)
+@given(st.floats(5.0, 150.0), reaches, st.floats(0.0, 6.28))
+def test_the_tracer_sends_rays_of_a_paraboloids_focus_along_the_axis(distance, reach, azimuth):
+    conic = FocalConic(0.0, distance, 0.0)
+    point, direction = traced(conic, reach, azimuth)
+    assert np.hypot(point[0], point[1]) == pytest.approx(conic.point(reach)[0], rel=1e-8, abs=1e-9)
+    assert direction == pytest.approx([0.0, 0.0, -1.0], abs=1e-9)
+
+
+@given(with_second_focus, st.floats(5.0, 150.0), reaches)
 def test_both_foci_tell_the_same_conic(tangent_ratio, distance, reach):
     conic = FocalConic(2.0, distance, tangent_ratio)
     other = conic.other_focus_height

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from designer.optics.conic import FocalConic, conic_constant
@@ -66,10 +66,8 @@ def test_eccentricity_form_round_trips(form: FocalForm) -> None:
     assert_same(form, back)
 
 
-@given(st.floats(0.5, 500.0), signs, st.floats(-30.0, -0.01))
+@given(st.floats(0.5, 500.0), signs, st.floats(-30.0, -1.01) | st.floats(-0.99, -0.01))
 def test_vertex_form_survives_every_other_form(radius: float, sign: float, conic: float) -> None:
-    if abs(conic + 1) < 0.01:
-        return
     form = VertexForm(sign * radius, conic)
     for second_focus in ("ahead", "behind"):
         focal = focal_from_vertex(form, second_focus)
@@ -95,8 +93,7 @@ def test_forms_agree_with_the_focal_conic_of_the_solver(form: FocalForm) -> None
 @given(curved_forms, st.floats(0.05, 0.6))
 def test_semi_axes_and_baker_nayar_hold_the_same_points(form: FocalForm, psi: float) -> None:
     c, q = form.half_focal_distance, form.inverse_eccentricity
-    if abs(math.cos(psi) - q) < 1e-2:
-        return
+    assume(abs(math.cos(psi) - q) > 1e-2)
     rho = c * (1 - q * q) / (math.cos(psi) - q)
     radius, height = rho * math.sin(psi), rho * math.cos(psi)
     axes = semi_axes_from_focal(form)

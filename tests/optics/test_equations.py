@@ -1,4 +1,4 @@
-"""Symbolic proofs: the paper's equations (1)-(9) and every formula of the design notes follow from one gain law.
+"""Symbolic proofs: the paper's equations (1)-(9) and those of docs/theory.md, sections 2 to 5, follow from one law.
 
 Nothing here is sampled. An identity in angles becomes one between rational functions once every angle is written by
 the tangent of its half, and ``is_zero`` decides it by cancelling to the zero polynomial. The program's own functions
@@ -369,7 +369,7 @@ def test_depth_error_is_the_propagated_noise(monkeypatch, sense_lower):
         slope_lower, slope_upper, kappa_l, sense_lower, kappa_u, "direct", b, f, noise
     )
     assert is_zero(variance / distance**2 - root_free * distance / b)
-    # The design notes' form: sigma_D = (D^2/b) sqrt((sigma_l sec^2 phi_l)^2 + (sigma_u sec^2 phi_u)^2).
+    # The form of docs/theory.md, section 5: sigma_D = (D^2/b) sqrt((sigma_l sec^2 phi_l)^2 + (sigma_u sec^2 phi_u)^2).
     sigma = [
         noise / view.image_radius_slope(slope, gain_value, f, sense) * (1 + slope**2)
         for slope, gain_value, sense in ((slope_lower, kappa_l, sense_lower), (slope_upper, kappa_u, "direct"))

@@ -183,7 +183,7 @@ def test_the_unit_box_maps_back_and_forth(variant):
 
 @pytest.mark.parametrize("variant", VARIANTS[::5], ids=variant_name)
 def test_the_enclosure_is_what_sampled_mirrors_need(variant):
-    """Height and diameter by the design notes' words, from points on every face and back."""
+    """Height and diameter as docs/theory.md, section 7, defines them, from points on every face and back."""
     problem, values = coherent_problem(variant)
     for index in range(DESIGNS):
         one = at(values, index)

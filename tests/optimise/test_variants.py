@@ -45,7 +45,7 @@ def test_the_signs_of_a_folding_pair_multiply(variant: Variant):
 
 
 def test_the_allowed_shapes_of_each_role():
-    """The design notes' table of allowed q by role, written as ranges of the gain."""
+    """The table of kinds by role (docs/theory.md, section 8), written as ranges of the gain."""
 
     def shape(gain: float) -> str:
         q = (1.0 - gain) / (1.0 + gain)

@@ -39,7 +39,7 @@ def _asked_slopes(baseline_mm: float) -> dict[str, tuple[float, float]]:
 
 
 def _conic(vertex_focus: float, other_focus: float, gain: float, facing: int) -> tuple[float, float, float]:
-    """Vertex, radius and conic constant of the mirror between two foci (design notes, section 2)."""
+    """Vertex, radius and conic constant of the mirror between two foci (docs/theory.md, section 2)."""
     q = (1 - gain) / (1 + gain)
     c = facing * (other_focus - vertex_focus) / 2
     return vertex_focus + facing * c * (1 + q), facing * c * (1 - q * q) / q, -1 / (q * q)

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 from designer.configurations import enumerate_configurations
 from designer.files import InputError
-from designer.optics.thin_lens import principal_distance
 from designer.requirement import Requirement, read_requirement, requirement_to_toml, set_key
 from designer.requirement.reference import reference
 from designer.requirement.template import template
@@ -53,13 +52,6 @@ def test_defaults_follow_from_what_is_given() -> None:
 def test_the_second_goal_differs_from_the_first_by_default() -> None:
     asked = requirement(objective={"minimise": "height"})
     assert asked.objective.then == "depth_error"
-
-
-def test_a_lens_focused_at_100_mm_images_farther_than_its_focal_length() -> None:
-    """The thin lens equation 1/f0 = 1/u + 1/f; 12 mm focused at 100 mm gives 13.6 mm."""
-    assert principal_distance(12, math.inf) == 12
-    assert principal_distance(12, 100) == pytest.approx(13.6364, abs=1e-4)
-    assert 1 / principal_distance(12, 100) + 1 / 100 == pytest.approx(1 / 12, rel=1e-14)
 
 
 def test_a_zoom_lens_has_a_range_of_principal_distances() -> None:

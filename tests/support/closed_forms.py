@@ -1,4 +1,4 @@
-"""Designs written from the closed forms of the design notes (section 2), independently of the code under test.
+"""Designs written from the closed forms of docs/theory.md, sections 2 to 4, independently of the code under test.
 
 A mirror is its two foci and q; apertures follow from polar form about focus A, rho = c (1 - q^2) / (cos psi - q).
 """
@@ -230,7 +230,7 @@ def folded(
 
 
 def convex_ellipsoid_pair() -> Design:
-    """The traced example of the design notes: two ellipsoids that share a focus below the primary.
+    """The traced example of docs/theory.md, section 8: two ellipsoids that share a focus below the primary.
 
     Its figures are printed to five digits, so only the secondary's q and foci are taken from them and the primary is
     computed exactly.

@@ -21,7 +21,7 @@ DESIGNS = [folded_hypl_hy, convex_ellipsoid_pair, paraboloid_pair, direct_ellips
 
 
 def first_order(design: Design, noise_px: float, distances: np.ndarray | None = None) -> float:
-    """Root mean square sigma_D / D (design notes, section 5) by Gauss-Legendre quadrature over the volume.
+    """Root mean square sigma_D / D (docs/theory.md, section 5) by Gauss-Legendre quadrature over the volume.
 
     The slope of the image radius against elevation is a central difference of the gain law.
     """

@@ -1,9 +1,9 @@
 """The end-to-end check: a design's image of a scene, rendered, matched and reconstructed, against the truth.
 
 The noise of the matched image points is measured on another scene (:mod:`designer.imaging.endtoend.noise`) and carried
-to the distances, elevations and contrasts of the scene under test by first order (design notes, section 5); nothing of
-how that one was matched enters the prediction. The truth of a panorama pixel is what the traced ray through its place
-in the raw image meets.
+to the distances, elevations and contrasts of the scene under test by first order (docs/theory.md, section 5); nothing
+of how that one was matched enters the prediction. The truth of a panorama pixel is what the traced ray through its
+place in the raw image meets.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Where the directions of a view lie in the raw image of a camera that is never exactly centred.
 
-A view is four numbers (design notes, section 2), so nothing here knows a mirror. Directions are given by the slope
+A view is four numbers (docs/theory.md, section 4), so nothing here knows a mirror. Directions are given by the slope
 m = tan(elevation) at the view's effective viewpoint and by the azimuth in radians, counter-clockwise about +z from
 +x; pixels as (u, v) with pixel centres at whole coordinates. Lengths in mm.
 """

@@ -79,7 +79,7 @@ def test_apertures_are_measured_to_many_digits():
     assert verdict.upper.aperture_elevation_deg == pytest.approx((-10.0, 10.0), abs=1e-9)
 
 
-def test_the_convex_ellipsoids_of_the_design_notes():
+def test_the_convex_ellipsoids_that_share_a_focus_below():
     design = convex_ellipsoid_pair()
     secondary, primary = design.mirror("secondary"), design.mirror("primary")
     assert secondary.radius_mm == pytest.approx(-163.11, abs=0.005)
