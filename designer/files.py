@@ -16,14 +16,13 @@ class InputError(Exception):
     """Something a person typed cannot be used. The message is one line that names file, key, value and remedy."""
 
 
-def read_text(path: Path, largest_bytes: int = 64_000_000) -> str:
-    """Return the text of a file.
+def read_bytes(path: Path, largest_bytes: int, kind: str = "such file") -> bytes:
+    """Return the content of a file, which is no larger than any ``kind`` needs to be.
 
     Raises
     ------
     InputError
-        The file is absent, is a folder, cannot be read, is larger than ``largest_bytes``, is not UTF-8, or begins
-        with a byte-order mark.
+        The file is absent, is a folder, cannot be read, or is larger than ``largest_bytes``.
     """
     try:
         with path.open("rb") as stream:
@@ -31,7 +30,19 @@ def read_text(path: Path, largest_bytes: int = 64_000_000) -> str:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     if len(data) > largest_bytes:
-        raise InputError(f"{path}: larger than {largest_bytes / 1e6:g} MB, which no such file needs")
+        raise InputError(f"{path}: larger than {largest_bytes / 1e6:g} MB, which no {kind} needs")
+    return data
+
+
+def read_text(path: Path, largest_bytes: int = 64_000_000) -> str:
+    """Return the text of a file.
+
+    Raises
+    ------
+    InputError
+        As for :func:`read_bytes`; or the file is not UTF-8, or begins with a byte-order mark.
+    """
+    data = read_bytes(path, largest_bytes)
     if data.startswith(b"\xef\xbb\xbf"):
         raise InputError(f"{path}: begins with a byte-order mark; save it as UTF-8 without one")
     try:

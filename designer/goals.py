@@ -1,10 +1,11 @@
 """What a design can be optimised for: one table, for the requirement, the optimiser, the tables and the reports.
 
-To add a goal, add an entry to ``GOALS``: everything else reads it (docs/contributing.md).
+The requirement, the optimiser and the ranking read ``GOALS``; docs/contributing.md says what else a new goal needs.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
@@ -81,8 +82,6 @@ class Goal:
     multiplier_factor: float = 1.0
 
 
-_QUARTER_OF_PI = 0.7853981633974483
-
 GOALS: dict[str, Goal] = {
     "depth_error": Goal(
         label="depth error",
@@ -115,8 +114,8 @@ GOALS: dict[str, Goal] = {
         description="of the cylinder that the mirror system spans",
         column="volume_cm3",
         unit="cm3",
-        expression=lambda system: _QUARTER_OF_PI * system.diameter * system.diameter * system.height,
-        typical_size=lambda sizes: _QUARTER_OF_PI * sizes.diameter**2 * sizes.height,
+        expression=lambda system: (math.pi / 4.0) * system.diameter * system.diameter * system.height,
+        typical_size=lambda sizes: (math.pi / 4.0) * sizes.diameter**2 * sizes.height,
         column_factor=1e-3,
         multiplier_unit="cm³",
         multiplier_factor=1e-3,

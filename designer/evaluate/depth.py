@@ -271,7 +271,11 @@ def disparity_steps(
 
 
 def _relative_depth_error_at(pair: StereoPair, slope: Scalar, distance: Scalar, noise_mm: Scalar) -> Scalar:
-    lower, upper = slopes_of_point(slope, distance, pair.baseline)
+    return depth_error_of_slopes(pair, *slopes_of_point(slope, distance, pair.baseline), noise_mm)
+
+
+def depth_error_of_slopes(pair: StereoPair, lower: Scalar, upper: Scalar, noise_mm: Scalar) -> Scalar:
+    """sigma_D / D of a pair where its lower and upper view see a point at tan(phi) ``lower`` and ``upper``."""
     return relative_depth_error(
         lower,
         upper,

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.design import Camera
-from designer.files import InputError, write_atomically
+from designer.files import InputError, read_bytes, write_atomically
 
 Image = NDArray[np.uint8]
 """Grey (height, width), or colour (height, width, 3) in OpenCV's order: blue, green, red."""
@@ -36,13 +36,7 @@ def read_raw_image(path: Path, camera: Camera) -> Image:
     InputError
         The file cannot be read, is truncated or damaged, is no image, or has another size than the camera.
     """
-    try:
-        with path.open("rb") as stream:
-            data = stream.read(LARGEST_BYTES + 1)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    if len(data) > LARGEST_BYTES:
-        raise InputError(f"{path}: larger than {LARGEST_BYTES / 1e6:g} MB, which no raw image needs")
+    data = read_bytes(path, LARGEST_BYTES, "raw image")
     # Decoders fill what is missing of a truncated image with grey, and say nothing.
     if _is_truncated(data):
         raise InputError(f"{path}: the image is truncated or damaged; copy it again")

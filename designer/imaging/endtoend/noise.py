@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from designer.design import Design
-from designer.evaluate.depth import relative_depth_error, stereo_pair_of
+from designer.evaluate.depth import depth_error_of_slopes, stereo_pair_of
 from designer.imaging.images import Image
 from designer.imaging.render.detector import Detector, expose
 from designer.imaging.render.raytracing import ray_directions, render_all
@@ -151,16 +151,8 @@ def error_per_pixel(rig: StereoRig, distance: Array) -> Array:
     pair, grid = stereo_pair_of(rig.design), rig.grid
     slope_upper = np.asarray(grid.slope("upper", np.arange(grid.rows)))[None, :]
     return np.asarray(
-        relative_depth_error(
-            slope_upper + pair.baseline / distance,
-            slope_upper,
-            pair.gain_lower,
-            pair.sense_lower,
-            pair.gain_upper,
-            pair.sense_upper,
-            pair.baseline,
-            pair.principal_distance,
-            rig.design.camera.pixel_pitch_mm,
+        depth_error_of_slopes(
+            pair, slope_upper + pair.baseline / distance, slope_upper, rig.design.camera.pixel_pitch_mm
         )
     )
 
