@@ -177,18 +177,17 @@ def study(asked: Requirement, only: tuple[str, ...] = (), jobs: int | None = Non
     InputError
         A name or pattern matches none of the requirement's configurations.
     """
-    from designer.study.child import cores
-    from designer.study.folder import table
+    from designer.study.process_pool import cores
+    from designer.study.row import frame_of
     from designer.study.run import solve_study
 
     solved = solve_study(asked, jobs=jobs or cores(), only=only)
-    designs = {each.configuration.name: each.design for each in solved.feasible if each.design is not None}
-    return StudyResult(solved.requirement, table(solved.results), designs)
+    return StudyResult(solved.requirement, frame_of(solved.rows), dict(solved.designs))
 
 
 def sweep(definition: str | Path, folder: str | Path, jobs: int | None = None) -> SweepResult:
     """Run a sweep, or go on where it was, and return what it found."""
-    from designer.study.child import cores
+    from designer.study.process_pool import cores
     from designer.study.sweep.definition import read_sweep
     from designer.study.sweep.run import run_sweep
 

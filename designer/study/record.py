@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
+from pydantic import JsonValue
 
 from designer.configurations import Configuration, MirrorKind
 from designer.design import Camera, Design, Mirror, View, Views, WorkingVolume
 from designer.evaluate.depth import Volume
 from designer.evaluate.fabrication import mirror_shape
 from designer.evaluate.limit import ImageBounds, arrangement_of, least_limit_over
-from designer.evaluate.score import evaluate_design
+from designer.evaluate.score import Score, evaluate_design
+from designer.files import as_json
 from designer.optics.layout import Layout, PlacedMirror
 from designer.optics.view import elevation_tangents_of_views
 from designer.optimise.multistart import Candidate
@@ -28,11 +32,54 @@ _KINDS = {
 }
 
 
-def design_of(requirement: Requirement, result: SearchResult) -> Design:
-    """The design record of a feasible search result, scored."""
+@dataclass(frozen=True, slots=True)
+class LeastLimit:
+    """The least limit over every baseline and principal distance that the requirement allows, and where it lies."""
+
+    depth_error_rms: float
+    baseline_mm: float
+    principal_distance_mm: float
+
+
+@dataclass(frozen=True, slots=True)
+class StudyScore:
+    """What a study says of a design: its score, the tightest clearance, both stages, and what the solver said.
+
+    The stages hold every goal by the name of its column. ``largest_scaled_violation`` is that of the constraints,
+    ``solver_statuses`` counts what the solver's runs came to.
+    """
+
+    score: Score
+    smallest_clearance_mm: float
+    smallest_clearance_where: str
+    largest_slope_deg: float
+    first_stage: Mapping[str, float]
+    second_stage: Mapping[str, float]
+    least_limit: LeastLimit
+    first_stage_limit_ratio: float
+    largest_scaled_violation: float
+    solver_statuses: Mapping[str, int]
+
+    def as_json(self) -> dict[str, JsonValue]:
+        """The score as a design's file holds it; there a principal distance has the name of the camera's key."""
+        least, own = self.least_limit, [field.name for field in fields(self) if field.name != "score"]
+        return {
+            **self.score.as_json(),
+            **{name: as_json(getattr(self, name)) for name in own},
+            "least_limit": {
+                "depth_error_rms": least.depth_error_rms,
+                "baseline_mm": least.baseline_mm,
+                "focal_length_mm": least.principal_distance_mm,
+            },
+        }
+
+
+def design_of(requirement: Requirement, result: SearchResult) -> tuple[Design, StudyScore]:
+    """The design record of a feasible search result, with the score that stands in it."""
     assert result.best is not None
     record = record_of(requirement, result.best)
-    return record.model_copy(update={"score": _score(requirement, result, record)})
+    score = _score(requirement, result, record)
+    return record.model_copy(update={"score": score.as_json()}), score
 
 
 def record_of(requirement: Requirement, best: Candidate) -> Design:
@@ -155,8 +202,7 @@ def _views(candidate: Candidate) -> Views:
     return Views(upper=view("upper", upper), lower=view("lower", lower))
 
 
-def _score(requirement: Requirement, result: SearchResult, record: Design) -> dict[str, Any]:
-    """What is said about a design beside its geometry: scores, clearances, both stages, solver."""
+def _score(requirement: Requirement, result: SearchResult, record: Design) -> StudyScore:
     assert result.best is not None
     assert result.first is not None
     best, first = result.best, result.first
@@ -164,21 +210,21 @@ def _score(requirement: Requirement, result: SearchResult, record: Design) -> di
     tightest = int(clearances.argmin())
     names = best.evaluation.names[-len(clearances) :]
     shapes = [mirror_shape(record, mirror.name) for mirror in record.mirrors]
-    return {
-        **evaluate_design(record),
-        "smallest_clearance_mm": float(clearances[tightest]),
-        "smallest_clearance_where": names[tightest],
-        "largest_slope_deg": max(max(abs(slope) for slope in shape.slope_deg) for shape in shapes),
-        "first_stage": _in_columns(first.goals),
-        "second_stage": _in_columns(best.goals),
-        "least_limit": least_limit_of(requirement, best.problem.variant.configuration),
-        "first_stage_limit_ratio": first.goals["depth_error"] / result.limit_of_first,
-        "largest_scaled_violation": best.violation,
-        "solver_statuses": result.statuses,
-    }
+    return StudyScore(
+        score=evaluate_design(record),
+        smallest_clearance_mm=float(clearances[tightest]),
+        smallest_clearance_where=names[tightest],
+        largest_slope_deg=max(max(abs(slope) for slope in shape.slope_deg) for shape in shapes),
+        first_stage=in_columns(first.goals),
+        second_stage=in_columns(best.goals),
+        least_limit=least_limit_of(requirement, best.problem.variant.configuration),
+        first_stage_limit_ratio=first.goals["depth_error"] / result.limit_of_first,
+        largest_scaled_violation=best.violation,
+        solver_statuses=result.statuses,
+    )
 
 
-def least_limit_of(requirement: Requirement, configuration: Configuration) -> dict[str, float]:
+def least_limit_of(requirement: Requirement, configuration: Configuration) -> LeastLimit:
     """The least limit over every baseline and principal distance that the requirement allows, and where it lies.
 
     Raises
@@ -205,15 +251,12 @@ def least_limit_of(requirement: Requirement, configuration: Configuration) -> di
     if not limits:
         raise ValueError("no lens leaves room for the inner zone beside the outer one and the gap")
     least = min(limits, key=lambda limit: limit.depth_error_rms)
-    return {
-        "depth_error_rms": least.depth_error_rms,
-        "baseline_mm": least.baseline,
-        "focal_length_mm": least.principal_distance,
-    }
+    return LeastLimit(least.depth_error_rms, least.baseline, least.principal_distance)
 
 
 _GOAL_FACTORS = {"volume": 1e-3}
 
 
-def _in_columns(goals: dict[str, float]) -> dict[str, float]:
+def in_columns(goals: Mapping[str, float]) -> dict[str, float]:
+    """Goals by the names and in the units of their columns."""
     return {GOAL_COLUMNS[name]: value * _GOAL_FACTORS.get(name, 1.0) for name, value in goals.items()}

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import Any
 
 from designer.configurations import Configuration, MirrorKind, enumerate_configurations
+from designer.evaluate.score import recorded_fabrication_notes
 from designer.report.content.requirement import objective_name
 from designer.report.content.tables import percent
 from designer.report.typst.markup import literal, number, plain_number, text, typographic
 from designer.requirement import GOAL_COLUMNS
-from designer.study.results import Row, StudyFolder
+from designer.study.row import Row
+from designer.study.study import Study
 
 _ADJECTIVE = {
     MirrorKind.PLANE: "plane",
@@ -43,17 +44,17 @@ def _with_article(adjective: str) -> str:
     return f"{'an' if adjective[0] in 'aeiou' else 'a'} {adjective}"
 
 
-def verdict(study: StudyFolder) -> str:
+def verdict(study: Study) -> str:
     """The verdict as Typst markup: one paragraph."""
     if not study.feasible:
         return _nothing_feasible(study)
     winner = study.feasible[0]
     sentences = [_counts(study), _winner(study, winner), _size(study, winner), _decided(study)]
-    sentences += [_checked(study, winner), _remarks(study, winner), _runners_up(study)]
+    sentences += [_checked(study, winner), _fabrication_notes(study, winner), _runners_up(study)]
     return " ".join(sentence for sentence in sentences if sentence) + "\n"
 
 
-def _counts(study: StudyFolder) -> str:
+def _counts(study: Study) -> str:
     feasible, infeasible, impossible, failed = (
         len(study.with_status(status)) for status in ("feasible", "infeasible", "impossible", "failed")
     )
@@ -71,8 +72,8 @@ def _counts(study: StudyFolder) -> str:
     )
 
 
-def _winner(study: StudyFolder, winner: Row) -> str:
-    noise = plain_number(study.requirement.get("noise_px", study.designs[winner.configuration].noise_px))
+def _winner(study: Study, winner: Row) -> str:
+    noise = plain_number(study.requirement.noise_px)
     words = configuration_in_words(winner.configuration)
     worst = winner.number("depth_error_worst")
     ratio = winner.number("limit_ratio")
@@ -100,11 +101,14 @@ def _beyond_first_order(winner: Row) -> str:
     return f" First order says too little here: to second order it is {percent(rms)} % (at worst {percent(worst)} %)."
 
 
-def _size(study: StudyFolder, winner: Row) -> str:
-    envelope: dict[str, Any] = study.requirement.get("envelope", {})
+def _size(study: Study, winner: Row) -> str:
+    envelope = study.requirement.envelope
     parts = []
-    for column, key, word in (("height_mm", "height_mm", "tall"), ("diameter_mm", "diameter_mm", "wide")):
-        value, limit = winner.number(column), envelope.get(key)
+    for column, limit, word in (
+        ("height_mm", envelope.height_mm, "tall"),
+        ("diameter_mm", envelope.diameter_mm, "wide"),
+    ):
+        value = winner.number(column)
         if value is not None:
             allowed = f" (of {plain_number(limit)} mm allowed)" if limit is not None else ""
             parts.append(f"{number(value, 1)} mm {word}{allowed}")
@@ -114,18 +118,15 @@ def _size(study: StudyFolder, winner: Row) -> str:
     return text(sentence + (f"; lens: {lens}." if lens else ".")) if parts else ""
 
 
-def _decided(study: StudyFolder) -> str:
-    objective = study.requirement.get("objective", {})
-    first, then = objective.get("minimise"), objective.get("then")
-    within = float(objective.get("within_percent") or 0.0)
-    if first not in GOAL_COLUMNS:
-        return ""
-    values = [value for row in study.feasible if (value := _first_objective(row, str(first))) is not None]
+def _decided(study: Study) -> str:
+    objective = study.requirement.objective
+    first, then, within = objective.minimise, objective.then, objective.within_percent
+    values = [value for row in study.feasible if (value := _first_objective(row, first)) is not None]
     if len(values) < 2:
         return text("It is the only feasible design." if len(study.feasible) == 1 else "")
     best = min(values)
     tied = sum(value <= best * (1 + within / 100) * (1 + 1e-9) for value in values)
-    if tied > 1 and then:
+    if tied > 1:
         return text(
             f"Within {plain_number(within)} % of the least {objective_name(first)} lie {tied} designs; among them "
             f"{objective_name(then)} decided."
@@ -140,7 +141,7 @@ def _first_objective(row: Row, objective: str) -> float | None:
     return staged if staged is not None else row.number(column)
 
 
-def _checked(study: StudyFolder, winner: Row) -> str:
+def _checked(study: Study, winner: Row) -> str:
     """How the winner did as a sensor; empty if nobody tried."""
     checked, reason = study.checked.get(winner.configuration), study.unchecked.get(winner.configuration)
     if reason is not None:
@@ -151,16 +152,16 @@ def _checked(study: StudyFolder, winner: Row) -> str:
     return f"{text(f'Tried as a sensor, the winner {word} the end-to-end check')} (@check)."
 
 
-def _remarks(study: StudyFolder, winner: Row) -> str:
+def _fabrication_notes(study: Study, winner: Row) -> str:
     """Where to read on before ordering the winner's mirrors; empty if there is nothing to read."""
-    count = len(study.designs[winner.configuration].score.get("remarks") or [])
+    count = len(recorded_fabrication_notes(study.designs[winner.configuration]))
     if not count:
         return ""
-    told = "the remark" if count == 1 else f"the {count} remarks"
-    return f"{text(f'Before its mirrors are ordered, {told} on its page should be read')} (@best)."
+    notes = "the fabrication note" if count == 1 else f"the {count} fabrication notes"
+    return f"{text(f'Before its mirrors are ordered, {notes} on its page should be read')} (@best)."
 
 
-def _runners_up(study: StudyFolder) -> str:
+def _runners_up(study: Study) -> str:
     runners = study.feasible[1:4]
     if not runners:
         return ""
@@ -175,7 +176,7 @@ def _runners_up(study: StudyFolder) -> str:
     return f"Next {'come' if len(told) > 1 else 'comes'} " + ", ".join(told) + "."
 
 
-def _nothing_feasible(study: StudyFolder) -> str:
+def _nothing_feasible(study: Study) -> str:
     infeasible, impossible = study.with_status("infeasible"), study.with_status("impossible")
     failed = study.with_status("failed")
     none = f"None of the {len(study.rows)} configurations" if len(study.rows) > 1 else "The one configuration studied"

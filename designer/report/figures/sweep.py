@@ -28,13 +28,12 @@ from designer.report.figures.style import (
     VERMILLION,
     new_figure,
 )
-from designer.study.sweep.export import pareto
+from designer.study.sweep.export import ASKED, pareto
 
 # Colour and a letter say who wins, so that the maps read in grey too; what wins less often is grey.
 NAMED_COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY)
 MOST_PANELS = 6
 MOST_TICKS = 6
-ASKED = "asked."
 
 
 def short(key: str) -> str:

@@ -1,4 +1,4 @@
-"""Depth error against size: every feasible design by its rank, and the fronts of the best ones."""
+"""Depth error against size: every feasible design by its rank, and the Pareto fronts of the best ones."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ from matplotlib.text import Text
 
 from designer.report.figures.style import BLUE, GREY, HALO, INK, SERIES, VERMILLION, new_figure
 from designer.report.typst.markup import DASH
-from designer.study.results import FrontPoint, Row
+from designer.study.row import Row
+from designer.study.study import ParetoRow
 
 AXIS_LABEL = {"height_mm": "height of the mirror system (mm)", "diameter_mm": "diameter of the mirror system (mm)"}
 CLUSTER_DISTANCE_MM = 2.6
 """Points closer than this on paper are one near-tie and share a label."""
 
-FRONT_SPAN = 2.0
-"""Fronts are shown up to this many times their least error; what lies beyond says only that the end is near."""
+PARETO_SPAN = 2.0
+"""Pareto fronts are shown up to this many times their least error; what lies beyond says only that the end is near."""
 
 LONGEST_LABEL = 9
 """A near-tie whose ranks take more characters gets a letter, explained in the key."""
@@ -66,8 +67,8 @@ def draw_trade(rows: Iterable[Row], swept: str, limit_mm: float | None, width_mm
     return TradePlot(figure, key)
 
 
-def draw_fronts(
-    fronts: Iterable[FrontPoint],
+def draw_pareto_fronts(
+    pareto: Iterable[ParetoRow],
     ranks: dict[str, int],
     swept: str,
     limit_mm: float | None,
@@ -78,7 +79,7 @@ def draw_fronts(
     figure = new_figure(width_mm, height_mm)
     axes = figure.add_subplot()
     errors: list[float] = []
-    points = [point for point in fronts if point.swept == swept]
+    points = [point for point in pareto if point.swept == swept]
     names = sorted({point.configuration for point in points}, key=lambda name: ranks.get(name, len(ranks) + 1))
     for name, (colour, style, marker) in zip(names, SERIES, strict=False):
         line = sorted((p for p in points if p.configuration == name), key=lambda p: p.limit_mm)
@@ -89,7 +90,7 @@ def draw_fronts(
         errors.extend(line_errors)
         label = f"{ranks.get(name, DASH)}  {name}"
         axes.plot(limits, line_errors, color=colour, linestyle=style, marker=marker, label=label)
-    _finish(axes, swept, limit_mm, [error for error in errors if error <= FRONT_SPAN * min(errors)])
+    _finish(axes, swept, limit_mm, [error for error in errors if error <= PARETO_SPAN * min(errors)])
     axes.set_xlabel(AXIS_LABEL[swept].replace("of the mirror system", "allowed"))
     if errors:
         figure.legend(loc="outside upper center", ncols=2, columnspacing=1.5)

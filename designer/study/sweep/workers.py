@@ -7,7 +7,7 @@ from concurrent.futures import Future
 from contextlib import AbstractContextManager
 from typing import Any, Protocol
 
-from designer.study.workers import Processes, local_processes
+from designer.study.processes import Processes, local_processes
 
 
 class Workers(Protocol):

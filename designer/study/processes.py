@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from designer.files import InputError
-from designer.study.child import build_pool, interrupts_held_back, stop_pool
+from designer.study.process_pool import build_pool, interrupts_held_back, stop_pool
 
 Tasks = Sequence[tuple[Any, ...]]
 

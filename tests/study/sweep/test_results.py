@@ -26,7 +26,7 @@ from designer.study.sweep.export import pareto
 from designer.study.sweep.store import FILE_NAME
 from designer.verify.verdict import judge
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def test_designs_come_back_from_the_store_as_they_were_found(finished_folder, undisturbed):

@@ -27,7 +27,7 @@ from designer.study.run import run_study
 from designer.study.sweep import run as sweep_run
 from designer.study.sweep.definition import read_sweep
 from designer.study.task import front_of, solve_configuration
-from designer.study.workers import local_processes, run_each, why_it_failed
+from designer.study.processes import local_processes, run_each, why_it_failed
 from support import CONFIGS
 from support.shipped_problems import shipped_requirement
 
