@@ -13,7 +13,7 @@ import math
 import platform
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import astuple, fields, replace
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -84,11 +84,14 @@ def write_study(study: Study, folder: Path) -> None:
 
 def write_report(folder: Path, pdf: bytes, figures: Mapping[str, bytes]) -> Path:
     """Write a typeset report and its figures (SVG by name), remove those of an earlier one; the path of the PDF."""
+    stale = set(_report_figures(folder)) - set(figures)
+    # Whatever interrupts this, no figure is there that the list does not name.
+    _list_figures(folder, stale.union(figures))
     for name, svg in figures.items():
         write_atomically(folder / FIGURES / name, svg)
-    for stale in set(_report_figures(folder)) - set(figures):
-        (folder / FIGURES / stale).unlink(missing_ok=True)
-    write_atomically(folder / FIGURES / FIGURE_LIST, json.dumps(sorted(figures), indent=2) + "\n")
+    for name in stale:
+        (folder / FIGURES / name).unlink(missing_ok=True)
+    _list_figures(folder, figures)
     path = folder / PDF
     write_atomically(path, pdf)
     return path
@@ -195,11 +198,19 @@ def _remove_report(folder: Path) -> None:
         (folder / FIGURES / name).unlink(missing_ok=True)
 
 
+def _list_figures(folder: Path, names: Iterable[str]) -> None:
+    write_atomically(folder / FIGURES / FIGURE_LIST, json.dumps(sorted(names), indent=2) + "\n")
+
+
 def _report_figures(folder: Path) -> list[str]:
     """The names of the figures of a report in a study's folder; what someone else put beside them is not among them."""
     listed = folder / FIGURES / FIGURE_LIST
     if listed.exists():
-        names = json.loads(read_text(listed))
+        try:
+            names = json.loads(read_text(listed))
+        except json.JSONDecodeError as error:
+            raise InputError(f"{listed}: not JSON: {error.msg} at line {error.lineno}") from None
+        # Nothing outside the folder is ever removed.
         return [name for name in names if isinstance(name, str) and Path(name).name == name]
     return [path.name for path in (folder / FIGURES).glob("*.svg") if path.name.startswith(_FIGURES_OF_VERSION_0_1)]
 
