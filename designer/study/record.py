@@ -74,8 +74,14 @@ class StudyScore:
         }
 
 
-def design_of(requirement: Requirement, result: SearchResult) -> tuple[Design, StudyScore]:
-    """The design record of a feasible search result, with the score that stands in it."""
+def design_of(requirement: Requirement, result: SearchResult) -> Design:
+    """The design record of a feasible search result, scored."""
+    design, _ = scored_design_of(requirement, result)
+    return design
+
+
+def scored_design_of(requirement: Requirement, result: SearchResult) -> tuple[Design, StudyScore]:
+    """The same, and beside it the score that stands in it."""
     assert result.best is not None
     record = record_of(requirement, result.best)
     score = _score(requirement, result, record)

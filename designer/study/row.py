@@ -80,7 +80,7 @@ class Row:
 def row_of(found: Found, columns: Mapping[str, Column] = COLUMNS) -> Row:
     """The row of what was found."""
     values = {name: column.value(found) for name, column in columns.items()}
-    return Row({name: value for name, value in values.items() if value is not None})
+    return Row({name: value for name, value in values.items() if value is not None and value != ""})
 
 
 def read_row(texts: Mapping[str, str]) -> Row:

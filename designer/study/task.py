@@ -14,7 +14,7 @@ from designer.optimise.program import forget_programs
 from designer.optimise.search import search
 from designer.requirement import Requirement
 from designer.study.columns import Found, FoundDesign
-from designer.study.record import design_of, in_columns
+from designer.study.record import in_columns, scored_design_of
 from designer.study.row import Row, row_of
 from designer.study.study import ParetoRow
 from designer.verify.verdict import Verdict, judge
@@ -53,7 +53,7 @@ def solve_configuration(requirement: Requirement, configuration: Configuration) 
         result = search(requirement, configuration)
         status, reason, found = result.status, result.reason, None
         if result.status == "feasible":
-            design, score = design_of(requirement, result)
+            design, score = scored_design_of(requirement, result)
             verdict = judge(design)
             if verdict.passed:
                 found = FoundDesign(design, score.score.depth, score)
