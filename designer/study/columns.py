@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:  # tables are read without the solver
     from designer.design import Design
     from designer.evaluate.score import DepthScore
     from designer.optimise.search import SearchResult
-    from designer.study.record import StudyScore
+    from designer.study.score import StudyScore
 
 Value = str | float | int | bool | None
 STATUSES = ("feasible", "infeasible", "failed", "impossible")
@@ -70,6 +70,14 @@ class Column:
         return self.label if self.unit == "%" else f"{self.label} {self.unit}".rstrip()
 
 
+_GOAL_FACTORS = {"volume": 1e-3}
+
+
+def in_columns(goals: Mapping[str, float]) -> dict[str, float]:
+    """Goals by the names and in the units of their columns."""
+    return {GOAL_COLUMNS[name]: value * _GOAL_FACTORS.get(name, 1.0) for name, value in goals.items()}
+
+
 def _of_result(value: Callable[[SearchResult], Value]) -> Callable[[Found], Value]:
     return lambda found: None if found.result is None else value(found.result)
 
@@ -90,8 +98,6 @@ def _of_stage(stage: str, goal: str) -> Callable[[Found], Value]:
     """A goal at the design of the ``first`` or of the second stage (``best``), in the unit of its column."""
 
     def value(found: Found) -> Value:
-        from designer.study.record import in_columns
-
         candidate = getattr(found.result, stage) if found.result is not None and found.design is not None else None
         return None if candidate is None else in_columns(candidate.goals)[GOAL_COLUMNS[goal]]
 

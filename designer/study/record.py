@@ -3,26 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
-from pydantic import JsonValue
 
 from designer.configurations import Configuration, MirrorKind
 from designer.design import Camera, Design, Mirror, View, Views, WorkingVolume
 from designer.evaluate.depth import Volume
 from designer.evaluate.fabrication import mirror_shape
 from designer.evaluate.limit import ImageBounds, arrangement_of, least_limit_over
-from designer.evaluate.score import Score, evaluate_design
-from designer.files import as_json
+from designer.evaluate.score import evaluate_design
 from designer.optics.layout import Layout, PlacedMirror
 from designer.optics.view import elevation_tangents_of_views
 from designer.optimise.multistart import Candidate
 from designer.optimise.search import SearchResult
-from designer.requirement import GOAL_COLUMNS, Lens, Requirement
+from designer.requirement import Lens, Requirement
+from designer.study.columns import in_columns
+from designer.study.score import LeastLimit, StudyScore
 
 _KINDS = {
     MirrorKind.PLANE: "plane",
@@ -30,48 +28,6 @@ _KINDS = {
     MirrorKind.ELLIPSOID: "ellipsoid",
     MirrorKind.PARABOLOID: "paraboloid",
 }
-
-
-@dataclass(frozen=True, slots=True)
-class LeastLimit:
-    """The least limit over every baseline and principal distance that the requirement allows, and where it lies."""
-
-    depth_error_rms: float
-    baseline_mm: float
-    principal_distance_mm: float
-
-
-@dataclass(frozen=True, slots=True)
-class StudyScore:
-    """What a study says of a design: its score, the tightest clearance, both stages, and what the solver said.
-
-    The stages hold every goal by the name of its column. ``largest_scaled_violation`` is that of the constraints,
-    ``solver_statuses`` counts what the solver's runs came to.
-    """
-
-    score: Score
-    smallest_clearance_mm: float
-    smallest_clearance_where: str
-    largest_slope_deg: float
-    first_stage: Mapping[str, float]
-    second_stage: Mapping[str, float]
-    least_limit: LeastLimit
-    first_stage_limit_ratio: float
-    largest_scaled_violation: float
-    solver_statuses: Mapping[str, int]
-
-    def as_json(self) -> dict[str, JsonValue]:
-        """The score as a design's file holds it; there a principal distance has the name of the camera's key."""
-        least, own = self.least_limit, [field.name for field in fields(self) if field.name != "score"]
-        return {
-            **self.score.as_json(),
-            **{name: as_json(getattr(self, name)) for name in own},
-            "least_limit": {
-                "depth_error_rms": least.depth_error_rms,
-                "baseline_mm": least.baseline_mm,
-                "focal_length_mm": least.principal_distance_mm,
-            },
-        }
 
 
 def design_of(requirement: Requirement, result: SearchResult) -> Design:
@@ -258,11 +214,3 @@ def least_limit_of(requirement: Requirement, configuration: Configuration) -> Le
         raise ValueError("no lens leaves room for the inner zone beside the outer one and the gap")
     least = min(limits, key=lambda limit: limit.depth_error_rms)
     return LeastLimit(least.depth_error_rms, least.baseline, least.principal_distance)
-
-
-_GOAL_FACTORS = {"volume": 1e-3}
-
-
-def in_columns(goals: Mapping[str, float]) -> dict[str, float]:
-    """Goals by the names and in the units of their columns."""
-    return {GOAL_COLUMNS[name]: value * _GOAL_FACTORS.get(name, 1.0) for name, value in goals.items()}

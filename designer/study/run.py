@@ -17,7 +17,7 @@ from designer.study.study import ParetoRow, Study
 from designer.study.task import ConfigurationResult, failed, pareto_front_of, solve_configuration
 
 ProgressCallback = Callable[[Progress], None]
-DESIGNS_WITH_FRONTS = 5
+DESIGNS_WITH_PARETO_FRONTS = 5
 
 
 def run_study(
@@ -62,7 +62,7 @@ def solve_study(
     requirement = restrict(requirement, only)
     with local_processes(jobs) as processes:
         results = _ranked(requirement, _solve_each(processes, requirement, progress, started))
-        results, pareto = _trace_fronts(processes, results)
+        results, pareto = _trace_pareto_fronts(processes, results)
     return Study(
         requirement,
         tuple(result.row for result in results),
@@ -104,18 +104,18 @@ def _ranked(requirement: Requirement, results: list[ConfigurationResult]) -> lis
     ]
 
 
-def _trace_fronts(
+def _trace_pareto_fronts(
     processes: Processes, ranked: list[ConfigurationResult]
 ) -> tuple[list[ConfigurationResult], list[ParetoRow]]:
     """The Pareto fronts of the best designs, in their order, and the results; one without its front says why."""
     ranked = list(ranked)
-    best = [place for place, result in enumerate(ranked) if result.first is not None][:DESIGNS_WITH_FRONTS]
-    fronts: dict[int, list[ParetoRow]] = {}
+    best = [place for place, result in enumerate(ranked) if result.first is not None][:DESIGNS_WITH_PARETO_FRONTS]
+    found: dict[int, list[ParetoRow]] = {}
     for index, future in run_each(processes, pareto_front_of, [(ranked[place].first,) for place in best]):
         place = best[index]
         try:
-            fronts[place] = future.result()
+            found[place] = future.result()
         except Exception as error:
             row = ranked[place].row.with_values(pareto_front_problem=why_it_failed(error))
             ranked[place] = replace(ranked[place], row=row)
-    return ranked, [point for place in sorted(fronts) for point in fronts[place]]
+    return ranked, [point for place in sorted(found) for point in found[place]]

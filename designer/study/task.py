@@ -13,14 +13,14 @@ from designer.optimise.pareto_fronts import ParetoPoint, trace_pareto_front
 from designer.optimise.program import forget_programs
 from designer.optimise.search import search
 from designer.requirement import Requirement
-from designer.study.columns import Found, FoundDesign
-from designer.study.record import in_columns, scored_design_of
+from designer.study.columns import Found, FoundDesign, in_columns
+from designer.study.record import scored_design_of
 from designer.study.row import Row, row_of
 from designer.study.study import ParetoRow
 from designer.verify.verdict import Verdict, judge
 
-FRONT_POINTS = 9
-FRONT_SIZES = ("height", "diameter")
+PARETO_POINTS = 9
+PARETO_SIZES = ("height", "diameter")
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +85,7 @@ def why_broken_down(error: Exception) -> str:
 def pareto_front_of(first: Candidate) -> list[ParetoRow]:
     """Pareto fronts of depth error against height and diameter of one design, whatever the first objective."""
     name = first.problem.variant.configuration.name
-    return [_pareto_row(name, point) for point in trace_pareto_front(first, FRONT_SIZES, FRONT_POINTS)]
+    return [_pareto_row(name, point) for point in trace_pareto_front(first, PARETO_SIZES, PARETO_POINTS)]
 
 
 def _pareto_row(configuration: str, point: ParetoPoint) -> ParetoRow:

@@ -26,7 +26,7 @@ from designer.study.record import least_limit_of
 from designer.study.row import frame_of
 from designer.study.run import run_study
 from designer.study.study import Study
-from designer.study.task import FRONT_POINTS
+from designer.study.task import PARETO_POINTS
 from designer.verify.verdict import judge
 from support.shipped_problems import shipped_requirement
 
@@ -210,8 +210,8 @@ def assert_fronts_fall(folder: Path) -> None:
     fronts = fronts_of(folder)
     assert {swept for _, swept in fronts} == {"height_mm", "diameter_mm"}
     for (_, swept), points in fronts.items():
-        assert len(points) == FRONT_POINTS
-        assert len({row["limit_mm"] for row in points}) == FRONT_POINTS
+        assert len(points) == PARETO_POINTS
+        assert len({row["limit_mm"] for row in points}) == PARETO_POINTS
         for row in points:
             assert row["status"] == "feasible"
             assert float(row[swept]) <= float(row["limit_mm"]) * (1.0 + 1e-5)
