@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 # A length off by so much moves the points of a ray by less than a nanometre.
 UNIT_WITHIN = 1e-9
-SHOWN_COLUMNS = ["configuration", "status", "depth_error_rms", "limit_ratio", "baseline_mm", "height_mm", "diameter_mm"]
 
 
 @dataclass(frozen=True)
@@ -50,8 +49,11 @@ class StudyResult:
         return next(iter(self.designs.values()), None)
 
     def _repr_html_(self) -> str:
+        from designer.study.columns import SCORE_COLUMNS
+
         title = f"{self.requirement.title}: {len(self.designs)} of {len(self.table)} configurations feasible"
-        return f"<p><b>{title}</b></p>{self.table[SHOWN_COLUMNS].head(10).to_html(index=False)}"
+        shown = self.table[["configuration", "status", *SCORE_COLUMNS]]
+        return f"<p><b>{title}</b></p>{shown.head(10).to_html(index=False)}"
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,13 @@ from designer.report.content.legible import legible_source
 from designer.report.content.sections import source
 from designer.report.content.tables import ranking
 from designer.report.document import draw_figures, write_pdf
+from designer.report.figures import registry
+from designer.report.figures.registry import PAGE_PANEL, Drawing, ReportFigure
 from designer.report.typst.glyphs import missing_characters
 from designer.report.typst.pdf import typeset
 from designer.study.folder import read_study
+
+SQUARE = b'<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><rect width="9" height="9"/></svg>'
 
 
 @pytest.fixture(scope="module")
@@ -248,3 +252,16 @@ def test_a_study_of_few_configurations_has_no_nearly_empty_page(count: int, page
         writer.writeheader()
         writer.writerows(shown)
     assert len(re.findall(rb"/Type */Page\b", write_pdf(read_study(path), path).read_bytes())) == pages
+
+
+def test_a_new_panel_is_one_entry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    panel = ReportFigure(
+        "baseline", PAGE_PANEL, (82.0, 52.0), lambda design, width, height: Drawing(SQUARE), lambda design: "Baseline"
+    )
+    monkeypatch.setattr(registry, "DESIGN_FIGURES", (*registry.DESIGN_FIGURES, panel))
+    study = read_study(write_sample_study(tmp_path / "panel", designs=(prototype(), two_direct_mirrors())))
+    text = source(study, {})
+    for _, design in study.best():
+        assert f'panel([Baseline], image("figures/baseline-{design.configuration}.svg"))' in text
+    write_pdf(study, tmp_path)
+    assert len(list((tmp_path / "figures").glob("baseline-*.svg"))) == 2

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from designer.report.content.tables import percent
-from designer.report.figures.registry import CHECK_BOTTOM, CHECK_FIGURES, CHECK_TOP, CHECK_WIDE
+from designer.report.figures.registry import CHECK_BOTTOM, CHECK_TOP, CHECK_WIDE, check_figures
 from designer.report.figures.style import length_unit
 from designer.report.typst.markup import DASH, call, cells, literal, number, text, typographic
 from designer.study.checked import CheckedBand, CheckedDesign, CheckedNoise, CheckVerdict
@@ -35,13 +35,12 @@ def check_page(row: Row, checked: CheckedDesign) -> str:
     """One page for one checked design."""
     configuration = row.configuration
     word, colour = ("passes", 'rgb("#009E73")') if checked.passed else ("fails", 'rgb("#D55E00")')
-    wide = [figure for figure in CHECK_FIGURES if figure.place == CHECK_WIDE]
     lines = [
         f"== Rank {row.rank}: #name-of({literal(configuration)}) #h(1fr) #text(fill: {colour}, {literal(word)})",
         text(_summary(checked.verdict)),
         "#v(1mm)",
         *_grid("82mm", "4mm", _panels(CHECK_TOP, configuration, checked)),
-        *(f"#image({literal('figures/' + figure.file(configuration))})" for figure in wide),
+        *(f"#image({literal('figures/' + figure.file(configuration))})" for figure in check_figures(CHECK_WIDE)),
         *_grid(
             "92mm",
             "3mm",
@@ -71,12 +70,11 @@ def _grid(first: str, gutter: str, panels: list[str]) -> list[str]:
 
 def _panels(place: str, configuration: str, checked: CheckedDesign) -> list[str]:
     panels = []
-    for figure in CHECK_FIGURES:
-        if figure.place == place:
-            image = f"image({literal('figures/' + figure.file(configuration))}"
-            is_set = figure.set_to_mm is not None
-            shown = f"align(center)[#v(1.5mm)#{image}, width: {figure.set_to_mm:g}mm)]" if is_set else f"{image})"
-            panels.append(f"panel([{figure.title(checked)}], {shown})")
+    for figure in check_figures(place):
+        image = f"image({literal('figures/' + figure.file(configuration))}"
+        is_set = figure.set_to_mm is not None
+        shown = f"align(center)[#v(1.5mm)#{image}, width: {figure.set_to_mm:g}mm)]" if is_set else f"{image})"
+        panels.append(f"panel([{figure.title(checked)}], {shown})")
     return panels
 
 

@@ -22,14 +22,14 @@ from designer.report.content.tables import (
 from designer.report.content.verdict import configuration_in_words, verdict
 from designer.report.figures.depth_map import IMAGE_CIRCLE_PX
 from designer.report.figures.registry import (
-    DESIGN_FIGURES,
     PAGE_DRAWING,
     PAGE_PANEL,
-    STUDY_FIGURES,
     TRADE,
     WINNER_DRAWING,
     WINNER_PANEL,
     Drawing,
+    design_figures,
+    study_figures,
 )
 from designer.report.typst.markup import call, cells, literal, number, plain_number, text, typographic
 from designer.study.row import Row
@@ -172,8 +172,8 @@ def ranking_section(study: Study) -> str:
 def trade(study: Study, drawings: Drawings) -> str:
     """Depth error against height and diameter: all feasible designs, and the Pareto fronts of the best ones."""
     lines = []
-    for figure in STUDY_FIGURES:
-        if figure.place == TRADE and figure.file() in drawings:
+    for figure in study_figures(TRADE):
+        if figure.file() in drawings:
             letters = drawings[figure.file()].letters
             key = "; ".join(f"{letter}: {ranks}" for letter, ranks in letters.items())
             lines.append(_figure(figure.file(), figure.title(study) + (text(f" Near-ties: {key}.") if key else "")))
@@ -285,15 +285,14 @@ def _in_one_line(value: object) -> str:
 
 def _file(place: str, design: Design) -> str:
     """The file of the figure that alone has its place."""
-    (figure,) = (figure for figure in DESIGN_FIGURES if figure.place == place)
+    (figure,) = design_figures(place)
     return figure.file(design.configuration)
 
 
 def _design_panels(place: str, design: Design) -> list[str]:
     return [
         f"panel([{figure.title(design)}], image({literal('figures/' + figure.file(design.configuration))}))"
-        for figure in DESIGN_FIGURES
-        if figure.place == place
+        for figure in design_figures(place)
     ]
 
 

@@ -198,12 +198,27 @@ STUDY_FIGURES: tuple[ReportFigure[Study], ...] = (
 """Figures of the study as a whole."""
 
 
+def design_figures(*places: str) -> list[ReportFigure[Design]]:
+    """The figures of one design at some places, in order."""
+    return [figure for figure in DESIGN_FIGURES if figure.place in places]
+
+
+def check_figures(place: str) -> list[ReportFigure[CheckedDesign]]:
+    """The figures of a check at a place, in order."""
+    return [figure for figure in CHECK_FIGURES if figure.place == place]
+
+
+def study_figures(place: str) -> list[ReportFigure[Study]]:
+    """The figures of the study at a place, in order."""
+    return [figure for figure in STUDY_FIGURES if figure.place == place]
+
+
 def draw_all(study: Study) -> Iterator[tuple[str, Drawing]]:
     """Every figure of a study's report, with the name of its file."""
     for place, (_, design) in enumerate(study.best()):
-        for of_design in DESIGN_FIGURES:
-            if place == 0 or of_design.place not in {WINNER_DRAWING, WINNER_PANEL}:
-                yield from _named(of_design, design, design.configuration)
+        of_winner = (WINNER_DRAWING, WINNER_PANEL) if place == 0 else ()
+        for of_design in design_figures(*of_winner, PAGE_DRAWING, PAGE_PANEL):
+            yield from _named(of_design, design, design.configuration)
     for of_study in STUDY_FIGURES:
         yield from _named(of_study, study)
     for row, checked in study.checks():
