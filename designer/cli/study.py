@@ -188,8 +188,8 @@ def _counts(found: Study) -> str:
     from collections import Counter
 
     counts = Counter(row.status for row in found.rows).most_common()
-    told = ", ".join(f"{count} {status}" for status, count in counts)
-    return f"{len(found.rows)} configuration{'s' * (len(found.rows) != 1)}: {told}"
+    listed = ", ".join(f"{count} {status}" for status, count in counts)
+    return f"{len(found.rows)} configuration{'s' * (len(found.rows) != 1)}: {listed}"
 
 
 def _how_ranked(objective: Objective) -> str:

@@ -60,7 +60,7 @@ def _summary(verdict: CheckVerdict) -> str:
 
 
 def _grid(first: str, gutter: str, panels: list[str]) -> list[str]:
-    """Panels in two columns, the first as wide as told."""
+    """Panels in two columns, the first of a given width."""
     return [
         f"#grid(columns: ({first}, 1fr), column-gutter: {gutter},",
         *(f"  {panel}," for panel in panels),

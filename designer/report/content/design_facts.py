@@ -18,7 +18,7 @@ def design_groups(row: Row, design: Design) -> Groups:
 
 
 def winner_groups(row: Row, design: Design) -> Groups:
-    """How well a design does and what it sees; the verdict has already told its size."""
+    """How well a design does and what it sees; its size stands in the verdict."""
     return [
         ("Performance", [*_performance_facts(row), *_smallest_object_facts(design)]),
         ("Views", _view_facts(design)),

@@ -147,8 +147,8 @@ def paper(study: Study) -> str:
         return ""
     title = literal("The paper's prototype (Jang, Kim and Kweon, 2005) beside this study's design")
     if row.status != "feasible":
-        told = text(f"{PAPER_CONFIGURATION} is {row.status} here: {typographic(row.reason)}")
-        return f"#boxed({title})[{told}]\n"
+        outcome = text(f"{PAPER_CONFIGURATION} is {row.status} here: {typographic(row.reason)}")
+        return f"#boxed({title})[{outcome}]\n"
     intro = text(f"Configuration {PAPER_CONFIGURATION}, figure 4 (c) of the paper; rank {row.rank} here.")
     return f"#boxed({title})[{intro}\n{paper_comparison(study.designs[PAPER_CONFIGURATION], row)}]\n"
 
@@ -185,9 +185,9 @@ def _figure(name: str, caption: str) -> str:
 
 
 def best_heading() -> str:
-    """Opens the section of the best designs, on the page of the first; how to read them is told where there is room."""
-    told = '#text(size: 8.5pt, weight: "regular")[how to read these pages: @reading]'
-    return f"#pagebreak(weak: true)\n= The best designs #h(1fr) {told} <best>\n"
+    """Opens the section of the best designs, on the page of the first; how to read them stands where there is room."""
+    pointer = '#text(size: 8.5pt, weight: "regular")[how to read these pages: @reading]'
+    return f"#pagebreak(weak: true)\n= The best designs #h(1fr) {pointer} <best>\n"
 
 
 def reading() -> str:

@@ -63,12 +63,12 @@ def _counts(study: Study) -> str:
         f"for {infeasible} the search found no feasible design" if infeasible else "",
         f"{failed} failed" if failed else "",
     ]
-    told = "; ".join(other for other in others if other)
+    listed = "; ".join(other for other in others if other)
     if len(study.rows) == 1:
         return text("The one configuration studied is feasible, proven by ray tracing.")
     return text(
         f"Of the {len(study.rows)} configurations {feasible} {_are(feasible)} feasible, proven by ray tracing"
-        + (f"; {told}." if told else ".")
+        + (f"; {listed}." if listed else ".")
     )
 
 
@@ -142,7 +142,7 @@ def _first_objective(row: Row, objective: str) -> float | None:
 
 
 def _checked(study: Study, winner: Row) -> str:
-    """How the winner did as a sensor; empty if nobody tried."""
+    """How the winner did as a sensor; empty if it was not checked."""
     checked, reason = study.checked.get(winner.configuration), study.unchecked.get(winner.configuration)
     if reason is not None:
         return text(f"The winner could not be checked end to end as a sensor: {typographic(reason)}.")
@@ -165,7 +165,7 @@ def _runners_up(study: Study) -> str:
     runners = study.feasible[1:4]
     if not runners:
         return ""
-    told = [
+    described = [
         _name(row)
         + text(
             f" ({percent(row.number('depth_error_rms'))} %, {number(row.number('height_mm'), 1)} mm tall, "
@@ -173,7 +173,7 @@ def _runners_up(study: Study) -> str:
         )
         for row in runners
     ]
-    return f"Next {'come' if len(told) > 1 else 'comes'} " + ", ".join(told) + "."
+    return f"Next {'come' if len(described) > 1 else 'comes'} " + ", ".join(described) + "."
 
 
 def _nothing_feasible(study: Study) -> str:

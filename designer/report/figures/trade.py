@@ -128,6 +128,7 @@ def _label_ranks(
     pixels_per_mm = figure.dpi / 25.4
     clusters = _clusters(pixels, CLUSTER_DISTANCE_MM * pixels_per_mm)
     envelope = axes.transData.transform((limit_mm, 0.0))[0] if limit_mm is not None else -np.inf
+    plot = _Plot(axes, canvas, pixels, pixels_per_mm, envelope)
     key: dict[str, str] = {}
     placed: list[Text] = []
     for cluster in sorted(clusters, key=lambda members: -len(members)):
@@ -137,7 +138,7 @@ def _label_ranks(
             text = chr(ord("A") + len(key))
             key[text] = ranks
         centre = pixels[cluster].mean(axis=0)
-        placed.append(_place(axes, canvas, text, centre, pixels, placed, pixels_per_mm, envelope))
+        placed.append(_place(plot, text, centre, placed))
     # The constrained layout is fixed by now; drawing again must not move what was placed.
     figure.set_layout_engine("none")
     return key
@@ -171,18 +172,20 @@ def _clusters(pixels: np.ndarray, distance: float) -> list[list[int]]:
     return groups
 
 
-def _place(
-    axes: Axes,
-    canvas: Any,
-    text: str,
-    centre: np.ndarray,
-    pixels: np.ndarray,
-    placed: list[Text],
-    pixels_per_mm: float,
-    envelope: float,
-) -> Text:
+@dataclass(frozen=True, slots=True)
+class _Plot:
+    """What labels keep clear of: points (n, 2) and the envelope's line, in pixels."""
+
+    axes: Axes
+    canvas: Any
+    pixels: np.ndarray
+    pixels_per_mm: float
+    envelope: float
+
+
+def _place(plot: _Plot, text: str, centre: np.ndarray, placed: list[Text]) -> Text:
     """Write a label at the first free place on growing circles about a point, with a leader line if far."""
-    renderer = canvas.get_renderer()
+    axes, renderer = plot.axes, plot.canvas.get_renderer()
     frame = axes.get_window_extent(renderer)
     boxes = [other.get_window_extent(renderer).padded(1.0) for other in placed]
     to_data = axes.transData.inverted()
@@ -191,12 +194,12 @@ def _place(
     label.set_path_effects(HALO)
     for radius in (3.0, 4.0, 5.5, 7.0, 9.0, 11.0, 14.0):
         for angle in np.radians([45, 135, -45, -135, 90, -90, 0, 180, 20, 160, -20, -160]):
-            step = radius * pixels_per_mm * np.array([np.cos(angle), np.sin(angle)])
+            step = radius * plot.pixels_per_mm * np.array([np.cos(angle), np.sin(angle)])
             label.set_position(tuple(to_data.transform(centre + step)))
             box = label.get_window_extent(renderer).padded(1.5)
             inside = frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1
-            on_point = any(box.padded(2.0).contains(*point) for point in pixels)
-            on_line = box.x0 < envelope < box.x1
+            on_point = any(box.padded(2.0).contains(*point) for point in plot.pixels)
+            on_line = box.x0 < plot.envelope < box.x1
             if inside and not on_point and not on_line and not any(box.overlaps(other) for other in boxes):
                 _leader(axes, centre, centre + step, radius)
                 return label

@@ -15,7 +15,7 @@ class Workers(Protocol):
 
     @property
     def capacity(self) -> int:
-        """How many tasks to have under way, so that nobody waits."""
+        """How many tasks to have under way, so that no worker waits."""
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """Start a task."""
