@@ -23,7 +23,8 @@ import pandas as pd
 
 from designer.files import InputError
 from designer.requirement import Requirement
-from designer.study.run import Study, solve_study
+from designer.study.run import solve_study
+from designer.study.study import Study
 from designer.study.sweep.cluster import cluster_workers
 from designer.study.sweep.definition import Axis, SweepDefinition, read_sweep, requirement_at
 from designer.study.sweep.export import read_sweep_results
@@ -112,16 +113,16 @@ def compare_with_studies(definition: SweepDefinition, base: Requirement, out: Pa
 def compare_point(rows: pd.DataFrame, study: Study) -> tuple[list[tuple[str, str]], list[str], list[float]]:
     """What the sweep lost (with its reason) and what it found beside a study, and first objectives over the study's."""
     lost, gained, worse = [], [], []
-    for result in study.results:
-        name = result.configuration.name
+    for result in study.rows:
+        name, first = result.configuration, result.number("first_stage_depth_error_rms")
         row = rows.loc[name]
         here, there = row["status"] == "feasible", result.status == "feasible"
         if there and not here:
             lost.append((name, str(row["reason"])))
         elif here and not there:
             gained.append(name)
-        elif here and result.first is not None:
-            worse.append(float(row["first_stage_depth_error_rms"] / result.first.goals["depth_error"] - 1.0))
+        elif here and first is not None:
+            worse.append(float(row["first_stage_depth_error_rms"] / first - 1.0))
     return lost, gained, worse
 
 

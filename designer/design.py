@@ -9,9 +9,9 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, Strict, ValidationError, field_validator, model_validator
 
 from designer.files import InputError, describe_validation_error, read_text, write_atomically
 
@@ -197,7 +197,8 @@ class Design(Record):
     """Least distance asked between chief rays and edges; unknown if absent."""
     edge_margin_mm: NonNegative | None = None
     """Width asked of a face beyond its used zone; unknown if absent."""
-    score: dict[str, Any] = {}
+    score: dict[str, JsonValue] = {}
+    """What the file says of the design's quality, as it stands there; nothing is computed from it."""
 
     @field_validator("schema_version", mode="before")
     @classmethod

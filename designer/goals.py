@@ -1,12 +1,9 @@
-"""What a design can be optimised for: one table, for the requirement, the optimiser, the tables and the reports.
-
-The requirement, the optimiser and the ranking read ``GOALS``; docs/contributing.md says what else a new goal needs.
-"""
+"""What a design can be optimised for: one table, for the requirement, the optimiser, the tables and the reports."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -61,14 +58,14 @@ class Goal:
     label, description
         What it is in words, alone and in a sentence of the requirement's reference.
     column, unit, column_factor
-        The name under which tables and scores hold it, its unit there, and that unit's number in one of the
-        optimiser's own (mm, mm^3, shares).
+        The name under which tables and scores hold it, its unit there for people ("%" for a share, which is stored as
+        such), and how many of the column's unit one of the optimiser's own is (mm, mm^3, shares).
     expression
         Its value for a system put together, in the optimiser's unit; for floats, arrays and symbols.
     typical_size
         A size near which the solver should see it, in the optimiser's unit.
     multiplier_unit, multiplier_factor
-        How a change of it is shown: the unit in words, and that unit's number in one of the optimiser's own.
+        How a change of it is shown: the unit in words, and how many of it one of the optimiser's own is.
     """
 
     label: str
@@ -87,7 +84,7 @@ GOALS: dict[str, Goal] = {
         label="depth error",
         description="root mean square of relative depth error over the working volume",
         column="depth_error_rms",
-        unit="",
+        unit="%",
         expression=lambda system: depth_error_rms(system.pair, system.volume, system.noise),
         typical_size=lambda sizes: sizes.depth_error if sizes.depth_error > 0.0 else 0.01,
         multiplier_unit="parts per ten thousand (0.01 percentage points of relative depth error)",
@@ -113,7 +110,7 @@ GOALS: dict[str, Goal] = {
         label="volume",
         description="of the cylinder that the mirror system spans",
         column="volume_cm3",
-        unit="cm3",
+        unit="cm³",
         expression=lambda system: (math.pi / 4.0) * system.diameter * system.diameter * system.height,
         typical_size=lambda sizes: (math.pi / 4.0) * sizes.diameter**2 * sizes.height,
         column_factor=1e-3,
@@ -124,6 +121,6 @@ GOALS: dict[str, Goal] = {
 """Every goal by its name in a requirement."""
 
 
-def in_columns(values: dict[str, float]) -> dict[str, float]:
+def in_columns(values: Mapping[str, float]) -> dict[str, float]:
     """Goals by name, in the optimiser's units, as tables hold them: by column, in the column's unit."""
     return {GOALS[name].column: value * GOALS[name].column_factor for name, value in values.items()}

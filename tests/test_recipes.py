@@ -57,7 +57,7 @@ def _fresh_programs():
 
 def study(requirement, *names):
     results = [solve_configuration(requirement, CONFIGURATIONS[name]) for name in names]
-    assert all(result.status == "feasible" for result in results), [result.reason for result in results]
+    assert all(result.status == "feasible" for result in results), [result.row.reason for result in results]
     return results
 
 
@@ -78,5 +78,5 @@ def test_a_constraint_that_cannot_be_kept_is_named(monkeypatch):
     monkeypatch.setattr(constraints, "CONSTRAINTS", (*constraints.CONSTRAINTS, incidence_limit(10.0)))
     result = solve_configuration(shipped_requirement("indoor_robot"), CONFIGURATIONS[FOLDED])
     assert result.status == "infeasible"
-    assert "angle of incidence on the" in result.reason
-    assert " deg" in result.reason
+    assert "angle of incidence on the" in result.row.reason
+    assert " deg" in result.row.reason

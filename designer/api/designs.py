@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from designer.files import InputError
 from designer.notebook_html import html_table, percent
@@ -14,6 +13,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from designer.design import Design
+    from designer.evaluate.score import Score
     from designer.trace.sequential import SequentialTrace
     from designer.verify.verdict import Verdict
 
@@ -32,30 +32,32 @@ class Evaluation:
     contradictions
         A sentence for each recorded number that the mirrors contradict.
     score
-        Everything that ``designer evaluate --json`` prints under ``evaluation``, by the same names.
-    notes
-        Sentences to read before ordering mirrors.
+        The score; ``score.as_json()`` is what ``designer evaluate --json`` prints under ``evaluation``.
     """
 
     design: Design
     contradictions: tuple[str, ...]
-    score: Mapping[str, Any]
-    notes: tuple[str, ...]
+    score: Score
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences to read before ordering mirrors."""
+        return self.score.fabrication_notes
 
     @property
     def depth_error_rms(self) -> float | None:
         """sigma_D / D, rms over the working volume, to first order; None if infinite."""
-        return _number(self.score["depth_error_rms"])
+        return self.score.depth.depth_error_rms
 
     @property
     def depth_error_worst(self) -> float | None:
         """The largest sigma_D / D in the working volume, to first order; None if infinite."""
-        return _number(self.score["depth_error_worst"])
+        return self.score.depth.depth_error_worst
 
     @property
     def limit_ratio(self) -> float | None:
         """The depth error over the closed-form limit; None where there is no limit."""
-        return _number(self.score["limit_ratio"])
+        return self.score.depth.limit_ratio
 
     def _repr_html_(self) -> str:
         rows = [
@@ -63,8 +65,8 @@ class Evaluation:
             ("depth error, largest", percent(self.depth_error_worst)),
             ("ratio to the limit", self.limit_ratio),
             ("baseline (mm)", self.design.baseline_mm),
-            ("height (mm)", self.score["height_mm"]),
-            ("diameter (mm)", self.score["diameter_mm"]),
+            ("height (mm)", self.score.height_mm),
+            ("diameter (mm)", self.score.diameter_mm),
             *(("contradicted", sentence) for sentence in self.contradictions),
             *(("before ordering mirrors", sentence) for sentence in self.notes),
         ]
@@ -104,12 +106,7 @@ def evaluate(design: Design) -> Evaluation:
     from designer.verify.traced_views import as_traced
 
     as_made, said = as_traced(design)
-    score = evaluate_design(as_made)
-    return Evaluation(as_made, (*said, *record_problems(as_made)), score, tuple(score["remarks"]))
-
-
-def _number(value: Any) -> float | None:
-    return None if value is None else float(value)
+    return Evaluation(as_made, (*said, *record_problems(as_made)), evaluate_design(as_made))
 
 
 def trace(design: Design) -> Verdict:

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from designer.study.compare import StudyComparison
 
 SHOWN_ROWS = 10
-SHOWN_COLUMNS = ["configuration", "status", "depth_error_rms", "limit_ratio", "baseline_mm", "height_mm", "diameter_mm"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -34,8 +33,10 @@ class StudyResult:
         return next(iter(self.designs.values()), None)
 
     def _repr_html_(self) -> str:
+        from designer.study.columns import SCORE_COLUMNS
+
         title = f"{self.requirement.title}: {len(self.designs)} of {len(self.table)} configurations feasible"
-        return _shown(title, self.table, SHOWN_COLUMNS)
+        return _shown(title, self.table, ["configuration", "status", *SCORE_COLUMNS])
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -81,7 +82,6 @@ class SweepResult:
         return sensitivities(self.folder, [(int(point), str(name)) for point, name in pairs])
 
     def _check_points(self, points: list[int]) -> None:
-
         for point in points:
             if not (self.table["point"] == point).any():
                 raise InputError(f"{self.folder}: the sweep has no point {point}, or has not come to it yet")
@@ -120,8 +120,10 @@ class SweepResult:
         return draw_explorer(shown, [self.design(int(point), str(name)) for point, name in pairs])
 
     def _repr_html_(self) -> str:
+        from designer.study.columns import SCORE_COLUMNS
+
         title = f"{self.table['point'].nunique()} requirements, {len(self.winners)} with a feasible design"
-        return _shown(title, self.winners, ["point", *self.axes, *(name for name in SHOWN_COLUMNS if name != "status")])
+        return _shown(title, self.winners, ["point", *self.axes, "configuration", *SCORE_COLUMNS])
 
 
 def requirement(path: str | Path, **changes: object) -> Requirement:
@@ -162,18 +164,17 @@ def study(requirement: Requirement, only: tuple[str, ...] = (), jobs: int | None
     InputError
         A name or pattern matches none of the requirement's configurations.
     """
-    from designer.study.child import cores
-    from designer.study.folder import table
+    from designer.study.process_pool import cores
+    from designer.study.row import frame_of
     from designer.study.run import solve_study
 
     solved = solve_study(requirement, jobs=jobs or cores(), only=only)
-    designs = {each.configuration.name: each.design for each in solved.feasible if each.design is not None}
-    return StudyResult(solved.requirement, table(solved.results), designs)
+    return StudyResult(solved.requirement, frame_of(solved.rows), dict(solved.designs))
 
 
 def sweep(definition: str | Path, folder: str | Path, jobs: int | None = None) -> SweepResult:
     """Run a sweep, or go on where it was, and return what it found."""
-    from designer.study.child import cores
+    from designer.study.process_pool import cores
     from designer.study.sweep.definition import read_sweep
     from designer.study.sweep.run import run_sweep
 

@@ -35,13 +35,14 @@ def _asked(found: StudyComparison) -> str:
 
 def _winners(found: StudyComparison) -> str:
     from designer.cli.table import format_table
+    from designer.study.sweep.export import ASKED
 
     changed = found.changed_winners
     if found.winners.empty:
         return "No requirement has a winner in both."
     text = f"Winners: {len(changed)} of {len(found.winners)} are another configuration in B."
-    axes = [name for name in found.winners.columns if name.startswith("asked.")]
-    header = (*(axis.removeprefix("asked.") for axis in axes), "A", "B", "depth error A", "depth error B")
+    axes = [name for name in found.winners.columns if name.startswith(ASKED)]
+    header = (*(axis.removeprefix(ASKED) for axis in axes), "A", "B", "depth error A", "depth error B")
     rows = [
         (
             *(f"{row[axis]:g}" for axis in axes),
@@ -56,34 +57,29 @@ def _winners(found: StudyComparison) -> str:
 
 
 def _statuses(found: StudyComparison) -> str:
+    from designer.cli.table import format_counts
+
     changed = found.changed_statuses
     if changed.empty:
         return ""
     lost = (changed["status_a"] == "feasible").sum()
     names = changed["configuration"].value_counts().head(SHOWN)
-    lines = "\n".join(f"{count:6d}  {name}" for name, count in names.items())
-    return f"Feasible in A only: {lost}; in B only: {len(changed) - lost}. By configuration:\n{lines}"
+    counts = format_counts({str(name): int(count) for name, count in names.items()})
+    return f"Feasible in A only: {lost}; in B only: {len(changed) - lost}. By configuration:\n{counts}"
 
 
 def _scores(found: StudyComparison) -> str:
     from designer.cli.table import format_table
+    from designer.study.columns import COLUMNS
 
     both = found.configurations.dropna(subset=["depth_error_rms_change"])
     if both.empty:
         return ""
-    rows = [
-        (
-            label,
-            f"{factor * both[f'{score}_change'].median():+.4g} {unit}",
-            f"{factor * both[f'{score}_change'].min():+.4g} {unit}",
-            f"{factor * both[f'{score}_change'].max():+.4g} {unit}",
-        )
-        for score, label, factor, unit in (
-            ("depth_error_rms", "depth error", 100.0, "%"),
-            ("height_mm", "height", 1.0, "mm"),
-            ("diameter_mm", "diameter", 1.0, "mm"),
-        )
-    ]
+    rows = []
+    for column in (COLUMNS[name] for name in ("depth_error_rms", "height_mm", "diameter_mm")):
+        changes = column.factor * both[f"{column.name}_change"]
+        values = (changes.median(), changes.min(), changes.max())
+        rows.append((column.label, *(f"{value:+.4g} {column.unit}" for value in values)))
     header = ("B less A", "median", "least", "most")
     return f"Scores of {len(both)} designs feasible in both:\n" + format_table(header, rows, right=header[1:])
 

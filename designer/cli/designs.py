@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
+from designer.cli.table import aligned
 from designer.files import InputError
 
 if TYPE_CHECKING:
     from designer.design import Design
+    from designer.evaluate.score import DepthScore
 
 REJECTED = 1
 
@@ -53,33 +55,37 @@ def evaluate(design: Path, as_json: bool) -> None:
     for warning in warnings:
         click.echo(f"designer: warning: {' '.join(warning.split())}", err=True)
     try:
-        summary = {"baseline_mm": geometry.baseline_mm} | evaluate_design(geometry)
+        score = evaluate_design(geometry)
     except InputError as error:
         raise InputError(f"{design}: {error}") from None
-    measured = None if summary["second_order_valid"] else _monte_carlo(geometry)
+    measured = None if score.depth.second_order_valid else _monte_carlo(geometry)
     verdict = judge(record)
+    summary = {"baseline_mm": geometry.baseline_mm} | score.as_json()
     if as_json:
         import json
         from dataclasses import asdict
 
         content = {"warnings": warnings, "evaluation": summary, "monte_carlo": measured, "trace": asdict(verdict)}
         click.echo(json.dumps(_plain(content), indent=2))
-    else:
-        remarks = summary.pop("remarks")
-        click.echo("\n".join(_outline(_plain(summary))))
-        click.echo("\n".join(_how_good_the_score_is(summary, measured)))
-        if remarks:
-            click.echo("\n".join(["before ordering mirrors:", *(f"  - {remark}" for remark in remarks), ""]))
-        click.echo(describe(verdict))
+        return
+    del summary["fabrication_notes"]
+    click.echo("\n".join(_outline(_plain(summary))))
+    click.echo("\n".join(_how_good_the_score_is(score.depth, measured)))
+    if score.fabrication_notes:
+        click.echo("\n".join(["before ordering mirrors:", *(f"  - {note}" for note in score.fabrication_notes), ""]))
+    click.echo(describe(verdict))
 
 
-def _how_good_the_score_is(summary: dict[str, Any], measured: dict[str, float | None] | None) -> list[str]:
+def _how_good_the_score_is(depth: DepthScore, measured: dict[str, float | None] | None) -> list[str]:
     """What to make of a depth error that first order does not say to 2 percent; an empty line before and after."""
-    if summary["first_order_valid"]:
+    if depth.first_order_valid:
         return [""]
     first, second = (
-        f"{_percent(summary[f'depth_error_rms{order}'])} rms, {_percent(summary[f'depth_error_worst{order}'])} at worst"
-        for order in ("", "_second_order")
+        f"{_percent(rms)} rms, {_percent(worst)} at worst"
+        for rms, worst in (
+            (depth.depth_error_rms, depth.depth_error_worst),
+            (depth.depth_error_rms_second_order, depth.depth_error_worst_second_order),
+        )
     )
     lines = ["", f"depth error, first order: {first}; with second order: {second}"]
     if measured is not None:
@@ -136,8 +142,7 @@ def _outline(value: object, indent: str = "") -> list[str]:
 def _columns(tables: list[dict[str, object]]) -> list[str]:
     keys = list(dict.fromkeys(key for table in tables for key in table))
     rows = [[key, *(_text(table.get(key)) for table in tables)] for key in keys]
-    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
-    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return aligned(rows)
 
 
 def _text(value: object) -> str:

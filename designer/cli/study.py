@@ -13,6 +13,9 @@ from designer.files import InputError, check_folder
 
 if TYPE_CHECKING:
     from designer.requirement.model import Objective
+    from designer.study.columns import Column
+    from designer.study.row import Row
+    from designer.study.study import Study
 
 SHOWN_DESIGNS = 10
 SECONDS_OF_A_CHECK = "10 to 30 s"
@@ -82,17 +85,20 @@ def study(
     _make_folder(folder)
 
     from designer.cli.progress import show_progress
-    from designer.study.child import cores
+    from designer.study.folder import with_checks
+    from designer.study.process_pool import cores
     from designer.study.run import run_study
 
     with show_progress(quiet=quiet) as progress:
-        run_study(asked, folder, jobs=jobs or cores(), progress=progress)
-    _check_best(folder, checks, jobs or cores(), quiet)
-    if not no_pdf and not quiet:
-        click.echo("Typesetting study.pdf ...", err=True)
-    pdf = None if no_pdf else _typeset(folder, quiet)
+        found = run_study(asked, folder, jobs=jobs or cores(), progress=progress)
+    _check_best(found, folder, checks, jobs or cores(), quiet)
+    pdf = None
+    if not no_pdf:
+        if not quiet:
+            click.echo("Typesetting study.pdf ...", err=True)
+        pdf = _typeset(with_checks(found, folder), folder, quiet)
     if not quiet:
-        click.echo(_result(folder, pdf, asked.objective))
+        click.echo(_result(found, folder, pdf))
 
 
 @click.command()
@@ -101,12 +107,14 @@ def report(folder: Path) -> None:
     """Typeset study.pdf again from the folder of a study."""
     if not folder.is_dir():
         raise InputError(f"{folder}: must be the folder of a study")
-    click.echo(_typeset(folder))
+    from designer.study.folder import read_study
+
+    click.echo(_typeset(read_study(folder), folder))
 
 
-def _check_best(folder: Path, count: int, jobs: int, quiet: bool) -> None:
-    """Check the best designs end to end; without any to check, only remove those of an earlier study."""
-    from designer.study.checks import CheckProgress, best_designs, check_best
+def _check_best(found: Study, folder: Path, count: int, jobs: int, quiet: bool) -> None:
+    """Check the best designs end to end; without any to check, only remove the checks of an earlier study."""
+    from designer.study.checks import CheckProgress, check_designs
 
     def tell(progress: CheckProgress) -> None:
         verdict = f"{'passes' if progress.passed else 'fails'} the end-to-end check ({progress.seconds:.0f} s)"
@@ -114,20 +122,20 @@ def _check_best(folder: Path, count: int, jobs: int, quiet: bool) -> None:
             verdict = f"could not be checked: {progress.problem}"
         click.echo(f"[{progress.done}/{progress.total}] {progress.configuration}: {verdict}", err=True)
 
-    designs = len(best_designs(folder, count))
+    designs = [design for _, design in found.best(count)]
     if designs and not quiet:
-        which = "best design" if designs == 1 else f"{designs} best designs"
+        which = "best design" if len(designs) == 1 else f"{len(designs)} best designs"
         click.echo(f"Checking the {which} end to end, {SECONDS_OF_A_CHECK} a design ...", err=True)
-    check_best(folder, count, jobs=jobs, progress=None if quiet else tell)
+    check_designs(designs, folder, jobs=jobs, progress=None if quiet else tell)
 
 
-def _typeset(folder: Path, quiet: bool = False) -> Path:
+def _typeset(found: Study, folder: Path, quiet: bool = False) -> Path:
     from designer.report.document import write_pdf
 
     def tell(note: str) -> None:
         click.echo(f"study.pdf: {note}", err=True)
 
-    return write_pdf(folder, None if quiet else tell)
+    return write_pdf(found, folder, None if quiet else tell)
 
 
 def _make_folder(folder: Path) -> None:
@@ -141,40 +149,47 @@ def _make_folder(folder: Path) -> None:
         raise InputError(f"{folder}: results cannot be written there: {error.strerror or error}") from None
 
 
-def _result(folder: Path, pdf: Path | None, objective: Objective) -> str:
+def _result(found: Study, folder: Path, pdf: Path | None) -> str:
     """Where the results are, how many configurations came to what, and the best designs."""
-    import csv
-    import io
+    from designer.study.folder import RESULTS
+
+    parts = [*_ranking(found), _counts(found)]
+    if found.feasible:
+        parts += _notes_on_best(found, folder, pdf)
+    parts.append(f"{pdf or folder / RESULTS}")
+    return "\n".join(parts)
+
+
+def _ranking(found: Study) -> list[str]:
+    """The best designs as a table, and how to read it; nothing if nothing is feasible."""
+    from designer.cli.table import format_table
+    from designer.study.columns import COLUMNS, SCORE_COLUMNS
+
+    shown = found.feasible[:SHOWN_DESIGNS]
+    if not shown:
+        return []
+    columns = [COLUMNS[name] for name in SCORE_COLUMNS]
+    header = ["rank", "configuration", *(column.heading for column in columns)]
+    is_starred = any(row.is_beyond_first_order for row in shown)
+    lines = []
+    for row in shown:
+        error, *others = (_cell(row, column) for column in columns)
+        star = (" *" if row.is_beyond_first_order else "  ") if is_starred else ""
+        lines.append((str(row.rank), row.configuration, error + star, *others))
+    parts = [format_table(header, lines, right=(header[0], *header[2:]))]
+    if is_starred:
+        parts.append("* first order, too little at the worst point; see depth_error_*_second_order in designs.csv")
+    if len(shown) > 1:
+        parts.append(_how_ranked(found.requirement.objective))
+    return parts
+
+
+def _counts(found: Study) -> str:
     from collections import Counter
 
-    from designer.cli.table import format_table
-    from designer.files import read_text
-
-    rows = list(csv.DictReader(io.StringIO(read_text(folder / "designs.csv"))))
-    feasible = [row for row in rows if row["status"] == "feasible"]
-    counts = ", ".join(f"{count} {status}" for status, count in Counter(row["status"] for row in rows).most_common())
-    header = ("rank", "configuration", "depth error", "of limit", "baseline mm", "height mm", "diameter mm")
-    beyond = [row for row in feasible[:SHOWN_DESIGNS] if row.get("first_order_valid") == "False"]
-    lines = [
-        (
-            str(rank),
-            row["configuration"],
-            _cell(row["depth_error_rms"], 100, 3, " %") + (("  ", " *")[row in beyond] if beyond else ""),
-            _cell(row["limit_ratio"], 1, 3),
-            *(_cell(row[key], 1, 1) for key in ("baseline_mm", "height_mm", "diameter_mm")),
-        )
-        for rank, row in enumerate(feasible[:SHOWN_DESIGNS], 1)
-    ]
-    parts = [format_table(header, lines, right=(header[0], *header[2:]))] if lines else []
-    if beyond:
-        parts.append("* first order, too little at the worst point; see depth_error_*_second_order in designs.csv")
-    if len(lines) > 1:
-        parts.append(_how_ranked(objective))
-    parts.append(f"{len(rows)} configuration{'s' * (len(rows) != 1)}: {counts}")
-    if feasible:
-        parts += _remarks_on_best(folder / "designs" / f"{feasible[0]['configuration']}.json", pdf)
-    parts.append(f"{pdf}" if pdf else f"{folder / 'designs.csv'}")
-    return "\n".join(parts)
+    counts = Counter(row.status for row in found.rows).most_common()
+    listed = ", ".join(f"{count} {status}" for status, count in counts)
+    return f"{len(found.rows)} configuration{'s' * (len(found.rows) != 1)}: {listed}"
 
 
 def _how_ranked(objective: Objective) -> str:
@@ -187,18 +202,26 @@ def _how_ranked(objective: Objective) -> str:
     )
 
 
-def _remarks_on_best(path: Path, pdf: Path | None) -> list[str]:
-    """How many remarks there are on the best design, and where they stand; nothing if there are none."""
-    from designer.design import read_design
+def _notes_on_best(found: Study, folder: Path, pdf: Path | None) -> list[str]:
+    """How many fabrication notes there are on the best design, and where they stand; nothing if there are none."""
+    from designer.evaluate.score import recorded_fabrication_notes
+    from designer.study.folder import design_path
 
-    count = len(read_design(path).score.get("remarks", [])) if path.exists() else 0
+    (row, design), *_ = found.best(1)
+    count = len(recorded_fabrication_notes(design))
     if not count:
         return []
-    where = f"with the winner in {pdf.name}" if pdf else f"score.remarks in {path}"
-    return [
-        f"before ordering the best design's mirrors, read the {f'{count} remarks' if count > 1 else 'remark'} ({where})"
-    ]
+    where = (
+        f"with the winner in {pdf.name}"
+        if pdf
+        else f"score.fabrication_notes in {design_path(folder, row.configuration)}"
+    )
+    notes = f"{count} fabrication notes" if count > 1 else "fabrication note"
+    return [f"before ordering the best design's mirrors, read the {notes} ({where})"]
 
 
-def _cell(number: str, factor: float, decimals: int, unit: str = "") -> str:
-    return f"{factor * float(number):.{decimals}f}{unit}" if number else "-"
+def _cell(row: Row, column: Column) -> str:
+    """A value for people: shares as percent with three decimals, ratios with three, lengths with one."""
+    value = row.number(column.name)
+    decimals = 1 if column.unit == "mm" else 3
+    return "-" if value is None else f"{column.factor * value:.{decimals}f}{' %' if column.unit == '%' else ''}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ import click
 from designer.files import InputError
 
 if TYPE_CHECKING:
+    from designer.study.sweep.cluster import Cluster
     from designer.study.sweep.run import SweepProgress
 
 # Without a terminal a line for each task would be thousands.
@@ -36,7 +37,7 @@ def sweep(
     quiet: bool,
 ) -> None:
     """Solve every configuration for many requirements; interrupted, the same command goes on where it was."""
-    from designer.study.child import cores
+    from designer.study.process_pool import cores
     from designer.study.sweep.definition import read_sweep
 
     definition, base = read_sweep(sweep)
@@ -44,13 +45,7 @@ def sweep(
 
     from designer.study.sweep.run import run_sweep
 
-    cluster = None
-    if scheduler is not None or workers is not None:
-        if jobs is not None or (scheduler is not None and workers is not None):
-            raise InputError("give one of --jobs, --workers and --scheduler")
-        from designer.study.sweep.cluster import cluster_workers
-
-        cluster = cluster_workers(scheduler, workers)
+    cluster = _cluster(jobs, scheduler, workers)
     with _show_progress(quiet) as progress:
         run_sweep(definition, base, folder, jobs=jobs or cores(), workers=cluster, progress=progress)
     pdf = None if no_pdf else _typeset(folder)
@@ -58,9 +53,20 @@ def sweep(
         click.echo(_result(folder, pdf))
 
 
+def _cluster(jobs: int | None, scheduler: str | None, workers: int | None) -> AbstractContextManager[Cluster] | None:
+    """The cluster to work on; None for this machine."""
+    if scheduler is None and workers is None:
+        return None
+    if jobs is not None or (scheduler is not None and workers is not None):
+        raise InputError("give one of --jobs, --workers and --scheduler")
+    from designer.study.sweep.cluster import cluster_workers
+
+    return cluster_workers(scheduler, workers)
+
+
 def _typeset(folder: Path) -> Path | None:
     """The report; None if nothing is feasible."""
-    from designer.report.content.sweep import write_sweep_pdf
+    from designer.report.sweep_document import write_sweep_pdf
     from designer.study.sweep.export import read_sweep_results
 
     has_designs = (read_sweep_results(folder)["status"] == "feasible").any()
@@ -101,14 +107,14 @@ def _show_progress(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | No
 
 
 def _result(folder: Path, pdf: Path | None) -> str:
+    from designer.cli.table import format_counts
     from designer.study.sweep.export import read_sweep_results, winners
 
     frame = read_sweep_results(folder)
     best = winners(frame)
     counts = ", ".join(f"{count} {status}" for status, count in frame["status"].value_counts().items())
-    wins = best["configuration"].value_counts().head(5)
-    lines = [f"{count:6d}  {name}" for name, count in wins.items()]
-    header = [f"{frame['point'].nunique()} requirements; most often best:"] if lines else []
+    wins = {str(name): int(count) for name, count in best["configuration"].value_counts().head(5).items()}
+    header = [f"{frame['point'].nunique()} requirements; most often best:", format_counts(wins)] if wins else []
     problems = f"{len(frame)} configuration problems: {counts}"
     report = ["Nothing is feasible, so there is no report."] if best.empty else []
-    return "\n".join([*header, *lines, problems, *report, str(pdf or folder / "results.csv")])
+    return "\n".join([*header, problems, *report, str(pdf or folder / "results.csv")])

@@ -1,4 +1,4 @@
-"""What no rule of a requirement forbids, but who orders the mirrors must know."""
+"""Fabrication notes: what no rule of a requirement forbids, but whoever orders the mirrors must know."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ def fabrication_notes_on(design: Design) -> list[str]:
     """Say what to look at before ordering a design's mirrors; plain sentences, most urgent first.
 
     A mirror that is hard to make; an entrance pupil wider than clearance or edge margin, which every leg of a chief
-    ray is held to (not told for a record that does not say what was asked); a mirror of a folding pair held at the
+    ray is held to (left out for a record that does not say what was asked); a mirror of a folding pair held at the
     bound that tells its kind from the next.
     """
-    made = [remark for mirror in design.mirrors for remark in _on_making(mirror)]
-    kinds = [remark for name in _folding_pair(design) for remark in _on_kind(design, name)]
+    made = [note for mirror in design.mirrors for note in _on_making(mirror)]
+    kinds = [note for name in _folding_pair(design) for note in _on_kind(design, name)]
     return [*made, *_on_pupil(design), *kinds]
 
 

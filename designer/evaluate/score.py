@@ -1,14 +1,16 @@
-"""Everything that can be said about one design without tracing a ray, as plain JSON values."""
+"""The score: everything that can be said about one design without tracing a ray."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel
+from pydantic import BaseModel, JsonValue
 
-from designer.design import VIEW_NAMES, Design
+from designer.design import VIEW_NAMES, Design, ViewName
 from designer.evaluate.depth import (
     FIRST_ORDER_BOUND,
     SECOND_ORDER_BOUND,
@@ -35,7 +37,8 @@ from designer.evaluate.resolution import (
     quantisation_error_rms,
     smallest_object,
 )
-from designer.files import InputError
+from designer.files import InputError, as_json
+from designer.optics.conversions import Shape
 from designer.optics.view import elevation_tangents_of_views, half_angle_tangent
 
 # Powers and products of numbers within these sizes stay finite.
@@ -44,22 +47,118 @@ SMALLEST_NUMBER, LARGEST_NUMBER = 1e-15, 1e15
 ROUNDING_NOISE_PX = 1.0 / math.sqrt(12.0)
 
 
-def evaluate_design(design: Design) -> dict[str, Any]:
+@dataclass(frozen=True, slots=True)
+class DepthScore:
+    """Relative depth errors over the working volume, and what the closed form allows.
+
+    ``depth_error_rms`` is the score; it and ``depth_error_worst`` are first order, and valid (2 percent) if
+    ``first_order_valid``; their ``_second_order`` companions if ``second_order_valid``; beyond that only a Monte Carlo
+    is honest. ``depth_error_limit`` and ``limit_ratio`` are None where the outer zone leaves no room for the inner one;
+    errors that would be infinite are None.
+    """
+
+    depth_error_rms: float | None
+    depth_error_worst: float | None
+    first_order_valid: bool
+    depth_error_rms_second_order: float | None
+    depth_error_worst_second_order: float | None
+    second_order_valid: bool
+    depth_error_limit: float | None
+    limit_ratio: float | None
+
+    def as_json(self) -> dict[str, JsonValue]:
+        """The depth errors as a JSON object."""
+        return {field.name: as_json(getattr(self, field.name)) for field in fields(self)}
+
+
+@dataclass(frozen=True, slots=True)
+class Quantisation:
+    """Whole-pixel rounding by brute force beside first order at the same noise: the two should agree."""
+
+    brute_force_rms: float | None
+    first_order_rms: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class PointScore:
+    """Standard deviations, disparity steps and the smallest object at mid-elevation and one distance."""
+
+    distance_mm: float
+    sigma_distance_mm: float | None
+    sigma_height_mm: float | None
+    sigma_azimuth_deg: float | None
+    disparity_step_lower_mm: float | None
+    disparity_step_upper_mm: float | None
+    smallest_object_height_mm: float | None
+    smallest_object_width_mm: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class AngularResolution:
+    """Pixels per degree along the radius and along the circle, at one elevation of a view."""
+
+    elevation_deg: float
+    radial_px_per_deg: float
+    azimuthal_px_per_deg: float
+
+
+@dataclass(frozen=True, slots=True)
+class MirrorScore:
+    """One mirror as a workshop reads it; forms that do not exist for its kind are None."""
+
+    name: str
+    shape: Shape
+    diameter_mm: float
+    sag_mm: float
+    sag_from_vertex_mm: float
+    best_sphere_radius_mm: float | None
+    sphere_departure_mm: float
+    slope_deg: tuple[float, float]
+    mass_g: float
+    half_focal_distance_mm: float | None
+    inverse_eccentricity: float | None
+    baker_nayar_k: float | None
+    semi_axis_a_mm: float | None
+    semi_axis_b_mm: float | None
+    eccentricity: float | None
+    semi_latus_rectum_mm: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """A design's score and a description of its views and mirrors.
+
+    ``points`` are at the nearest and the farthest distance, ``resolution`` at the lowest, middle and highest elevation
+    of each view. ``zones_px`` are the image radii of the elevations asked of each view, ``rims_px`` those of the edges
+    of the first mirror on its path (None where infinite). ``fabrication_notes`` are sentences for whoever orders the
+    mirrors.
+    """
+
+    depth: DepthScore
+    quantisation: Quantisation
+    points: tuple[PointScore, ...]
+    resolution: Mapping[ViewName, tuple[AngularResolution, ...]]
+    zones_px: Mapping[ViewName, tuple[float, float]]
+    rims_px: Mapping[ViewName, tuple[float | None, float | None]]
+    mirrors: tuple[MirrorScore, ...]
+    height_mm: float
+    diameter_mm: float
+    fabrication_notes: tuple[str, ...]
+
+    def as_json(self) -> dict[str, JsonValue]:
+        """The score as a design's file holds it: the depth errors stand beside the other keys."""
+        return self.depth.as_json() | {
+            field.name: as_json(getattr(self, field.name)) for field in fields(self) if field.name != "depth"
+        }
+
+
+def evaluate_design(design: Design) -> Score:
     """Score a design and describe its views and mirrors; nothing is traced.
 
     Parameters
     ----------
     design
         Any design record, also one typed in by hand, whatever its score says.
-
-    Returns
-    -------
-    Plain JSON values. ``depth_error_rms`` is the score; it and ``depth_error_worst`` are first order, and valid (2
-    percent) if ``first_order_valid``; their ``_second_order`` companions if ``second_order_valid``; beyond that only a
-    Monte Carlo is honest. ``depth_error_limit`` and ``limit_ratio`` are None where the outer zone leaves no room for
-    the inner one; lengths and errors that would be infinite are None. ``zones_px`` are the image radii of the
-    elevations asked of each view, ``rims_px`` those of the edges of the first mirror on its path. ``remarks`` are
-    sentences for who orders the mirrors.
 
     Raises
     ------
@@ -69,33 +168,49 @@ def evaluate_design(design: Design) -> dict[str, Any]:
     """
     check_scorable(design)
     with np.errstate(all="ignore"):
-        return _summary(design)
+        pair, volume = stereo_pair_of(design), volume_of(design)
+        return Score(
+            depth=_depth_score(design, pair, volume),
+            quantisation=_quantisation(design, pair, volume),
+            points=tuple(_at_point(design, pair, volume, distance) for distance in design.working_volume.distance_mm),
+            resolution={name: _resolution(design, name) for name in VIEW_NAMES},
+            zones_px={name: image_zones(design)[name] for name in VIEW_NAMES},
+            rims_px={name: _finite_pair(image_rims(design)[name]) for name in VIEW_NAMES},
+            mirrors=tuple(_mirror_score(mirror_shape(design, mirror.name)) for mirror in design.mirrors),
+            height_mm=overall_height_mm(design),
+            diameter_mm=overall_diameter_mm(design),
+            fabrication_notes=tuple(fabrication_notes_on(design)),
+        )
 
 
-def _summary(design: Design) -> dict[str, Any]:
-    pair, volume, noise_mm = stereo_pair_of(design), volume_of(design), noise_mm_of(design)
-    score = float(depth_error_rms(pair, volume, noise_mm))
+def depth_score(design: Design) -> DepthScore:
+    """The depth errors alone; raises as :func:`evaluate_design`."""
+    check_scorable(design)
+    with np.errstate(all="ignore"):
+        return _depth_score(design, stereo_pair_of(design), volume_of(design))
+
+
+def recorded_fabrication_notes(design: Design) -> tuple[str, ...]:
+    """The fabrication notes that a design's file holds; files of version 0.1 call them remarks."""
+    notes = design.score.get("fabrication_notes", design.score.get("remarks"))
+    return tuple(str(note) for note in notes) if isinstance(notes, list) else ()
+
+
+def _depth_score(design: Design, pair: StereoPair, volume: Volume) -> DepthScore:
+    noise_mm = noise_mm_of(design)
+    rms = float(depth_error_rms(pair, volume, noise_mm))
     worst = worst_depth_error(pair, volume, noise_mm)
     limit = limit_of_design(design)
-    return {
-        "depth_error_rms": _finite(score),
-        "depth_error_worst": _finite(worst),
-        "first_order_valid": worst <= FIRST_ORDER_BOUND,
-        "depth_error_rms_second_order": _finite(depth_error_rms_second_order(pair, volume, noise_mm)),
-        "depth_error_worst_second_order": _finite(second_order(worst)),
-        "second_order_valid": worst <= SECOND_ORDER_BOUND,
-        "depth_error_limit": limit,
-        "limit_ratio": None if limit is None else _finite(score / limit),
-        "quantisation": _quantisation(design, pair, volume),
-        "points": [_at_point(design, pair, volume, distance) for distance in design.working_volume.distance_mm],
-        "resolution": {name: _resolution(design, name) for name in VIEW_NAMES},
-        "zones_px": {name: list(zone) for name, zone in image_zones(design).items()},
-        "rims_px": {name: [_finite(radius) for radius in rims] for name, rims in image_rims(design).items()},
-        "mirrors": [_mirror_row(mirror_shape(design, mirror.name)) for mirror in design.mirrors],
-        "height_mm": overall_height_mm(design),
-        "diameter_mm": overall_diameter_mm(design),
-        "remarks": fabrication_notes_on(design),
-    }
+    return DepthScore(
+        depth_error_rms=_finite(rms),
+        depth_error_worst=_finite(worst),
+        first_order_valid=worst <= FIRST_ORDER_BOUND,
+        depth_error_rms_second_order=_finite(depth_error_rms_second_order(pair, volume, noise_mm)),
+        depth_error_worst_second_order=_finite(second_order(worst)),
+        second_order_valid=worst <= SECOND_ORDER_BOUND,
+        depth_error_limit=limit,
+        limit_ratio=None if limit is None else _finite(rms / limit),
+    )
 
 
 def check_scorable(design: Design) -> None:
@@ -148,68 +263,64 @@ def limit_of_design(design: Design) -> float | None:
     return float(depth_error_limit(*at, noise_mm_of(design)))
 
 
-def _quantisation(design: Design, pair: StereoPair, volume: Volume) -> dict[str, float | None]:
-    """Whole-pixel rounding by brute force beside first order at the same noise: the two should agree."""
+def _quantisation(design: Design, pair: StereoPair, volume: Volume) -> Quantisation:
     first_order = float(depth_error_rms(pair, volume, ROUNDING_NOISE_PX * design.camera.pixel_pitch_mm))
-    return {"brute_force_rms": _finite(quantisation_error_rms(design)), "first_order_rms": _finite(first_order)}
+    return Quantisation(_finite(quantisation_error_rms(design)), _finite(first_order))
 
 
-def _at_point(design: Design, pair: StereoPair, volume: Volume, distance: float) -> dict[str, float | None]:
-    """Standard deviations, disparity steps and the smallest object at mid-elevation and one distance."""
+def _at_point(design: Design, pair: StereoPair, volume: Volume, distance: float) -> PointScore:
     slope = math.tan((volume.elevations[0] + volume.elevations[1]) / 2.0)
     deviations = np.sqrt(np.diagonal(point_covariance(pair, slope, distance, noise_mm_of(design))))
     steps = disparity_steps(pair, slope, distance, design.camera.pixel_pitch_mm)
     smallest = smallest_object(design, distance)
-    return {
-        "distance_mm": distance,
-        "sigma_distance_mm": _finite(deviations[0]),
-        "sigma_height_mm": _finite(deviations[1]),
-        "sigma_azimuth_deg": _finite(math.degrees(deviations[2])),
-        "disparity_step_lower_mm": _finite(steps[0]),
-        "disparity_step_upper_mm": _finite(steps[1]),
-        "smallest_object_height_mm": _finite(smallest.height_mm),
-        "smallest_object_width_mm": _finite(smallest.width_mm),
-    }
+    return PointScore(
+        distance_mm=distance,
+        sigma_distance_mm=_finite(deviations[0]),
+        sigma_height_mm=_finite(deviations[1]),
+        sigma_azimuth_deg=_finite(math.degrees(deviations[2])),
+        disparity_step_lower_mm=_finite(steps[0]),
+        disparity_step_upper_mm=_finite(steps[1]),
+        smallest_object_height_mm=_finite(smallest.height_mm),
+        smallest_object_width_mm=_finite(smallest.width_mm),
+    )
 
 
-def _resolution(design: Design, view_name: str) -> list[dict[str, float]]:
-    """Resolution at the lowest, middle and highest elevation of one view."""
+def _resolution(design: Design, view_name: ViewName) -> tuple[AngularResolution, ...]:
     view = design.views.upper if view_name == "upper" else design.views.lower
     low, high = view.elevation_deg
     elevations = np.array([low, (low + high) / 2.0, high])
     radial = angular_resolution_px_per_deg(design, view_name, elevations)
     azimuthal = azimuthal_resolution_px_per_deg(design, view_name, elevations)
-    return [
-        {
-            "elevation_deg": float(elevation),
-            "radial_px_per_deg": float(along),
-            "azimuthal_px_per_deg": float(across),
-        }
+    return tuple(
+        AngularResolution(float(elevation), float(along), float(across))
         for elevation, along, across in zip(elevations, radial, azimuthal, strict=True)
-    ]
+    )
 
 
-def _mirror_row(shape: MirrorShape) -> dict[str, Any]:
-    """One mirror as a flat row; forms that do not exist for its kind are None."""
+def _mirror_score(shape: MirrorShape) -> MirrorScore:
     focal, nayar, axes, eccentricity = shape.focal, shape.baker_nayar, shape.semi_axes, shape.eccentricity
-    return {
-        "name": shape.name,
-        "shape": shape.shape,
-        "diameter_mm": shape.diameter_mm,
-        "sag_mm": shape.sag_mm,
-        "sag_from_vertex_mm": shape.sag_from_vertex_mm,
-        "best_sphere_radius_mm": shape.best_sphere_radius_mm,
-        "sphere_departure_mm": shape.sphere_departure_mm,
-        "slope_deg": list(shape.slope_deg),
-        "mass_g": shape.mass_g,
-        "half_focal_distance_mm": focal.half_focal_distance if focal else None,
-        "inverse_eccentricity": focal.inverse_eccentricity if focal else None,
-        "baker_nayar_k": nayar.k if nayar else None,
-        "semi_axis_a_mm": axes.a if axes else None,
-        "semi_axis_b_mm": axes.b if axes else None,
-        "eccentricity": eccentricity.eccentricity if eccentricity else None,
-        "semi_latus_rectum_mm": eccentricity.semi_latus_rectum if eccentricity else None,
-    }
+    return MirrorScore(
+        name=shape.name,
+        shape=shape.shape,
+        diameter_mm=shape.diameter_mm,
+        sag_mm=shape.sag_mm,
+        sag_from_vertex_mm=shape.sag_from_vertex_mm,
+        best_sphere_radius_mm=shape.best_sphere_radius_mm,
+        sphere_departure_mm=shape.sphere_departure_mm,
+        slope_deg=shape.slope_deg,
+        mass_g=shape.mass_g,
+        half_focal_distance_mm=focal.half_focal_distance if focal else None,
+        inverse_eccentricity=focal.inverse_eccentricity if focal else None,
+        baker_nayar_k=nayar.k if nayar else None,
+        semi_axis_a_mm=axes.a if axes else None,
+        semi_axis_b_mm=axes.b if axes else None,
+        eccentricity=eccentricity.eccentricity if eccentricity else None,
+        semi_latus_rectum_mm=eccentricity.semi_latus_rectum if eccentricity else None,
+    )
+
+
+def _finite_pair(values: tuple[float, float]) -> tuple[float | None, float | None]:
+    return _finite(values[0]), _finite(values[1])
 
 
 def _finite(value: Any) -> float | None:

@@ -7,16 +7,16 @@ import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from designer.design import Design
-from designer.files import InputError, read_text
+from designer.files import InputError, describe_validation_error, read_text
 from designer.imaging.endtoend.files import VERDICT, fingerprint
-from designer.study.outputs import UNCHECKED
 
 Image = NDArray[np.uint8]
 
@@ -31,15 +31,66 @@ _MAPS = (
     "elevation_upper_deg",
     "elevation_lower_deg",
 )
-_VERDICT_KEYS = ("configuration", "scene", "texture", "noise_px", "bands", "definition", "passed", "design_sha256")
+
+
+class _Part(BaseModel):
+    """Part of ``check.json``; further keys are left alone."""
+
+    model_config = ConfigDict(frozen=True)
+
+
+class CheckedBand(_Part):
+    """The verdict on one band of distances, as it was written; numbers are None where nothing was kept."""
+
+    distance_mm: tuple[float, float]
+    judged: bool
+    problems: tuple[str, ...]
+    kept: float | None = None
+    bias: float | None = None
+    bias_bound: float | None = None
+    error_ratio: float | None = None
+
+    @property
+    def passes(self) -> bool:
+        """Whether there was enough to judge, and nothing failed."""
+        return self.judged and not self.problems
+
+
+class CheckedNoise(_Part):
+    """The noise of an image point in each view, in pixels: its median over elevations and distances, and its range."""
+
+    median: float | None = None
+    least: float | None = None
+    largest: float | None = None
+
+
+class CheckVerdict(_Part):
+    """The verdict of an end-to-end check, as ``check.json`` holds it; ``definition`` says what passing means."""
+
+    configuration: str
+    scene: str
+    texture: str
+    noise_px: CheckedNoise
+    bands: tuple[CheckedBand, ...]
+    definition: str
+    passed: bool
+    design_sha256: str
+
+
+class _Unchecked(_Part):
+    reason: str
+    design_sha256: str
+
+
+AnyPart = TypeVar("AnyPart", bound=_Part)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CheckedDesign:
-    """A design and its check: the verdict as ``check.json`` holds it, images, and maps (rows, columns) by name."""
+    """A design and its check: the verdict, images, and maps (rows, columns) by name."""
 
     design: Design
-    verdict: dict[str, Any]
+    verdict: CheckVerdict
     raw: Image
     upper: Image
     lower: Image
@@ -48,7 +99,7 @@ class CheckedDesign:
     @property
     def passed(self) -> bool:
         """Whether the design passed."""
-        return bool(self.verdict["passed"])
+        return self.verdict.passed
 
     @property
     def relative_error(self) -> NDArray[np.float64]:
@@ -67,31 +118,28 @@ def read_check(folder: Path, design: Design) -> CheckedDesign | None:
     path = folder / VERDICT
     if not path.exists():
         return None
-    verdict = _read_object(path, _VERDICT_KEYS)
-    if verdict["design_sha256"] != fingerprint(design):
+    verdict = _read_part(path, CheckVerdict)
+    if verdict.design_sha256 != fingerprint(design):
         return None
     raw, upper, lower = (_read_grey(folder / f"{name}.png") for name in ("raw", "upper", "lower"))
     return CheckedDesign(design, verdict, raw, upper, lower, _read_maps(folder / "check.npz"))
 
 
-def read_unchecked(folder: Path, design: Design) -> str | None:
-    """Why a design could not be checked; None if a check's folder does not say so of this design."""
-    path = folder / UNCHECKED
+def read_unchecked(path: Path, design: Design) -> str | None:
+    """Why a design could not be checked; None if the file does not say so of this design."""
     if not path.exists():
         return None
-    content = _read_object(path, ("reason", "design_sha256"))
-    return str(content["reason"]) if content["design_sha256"] == fingerprint(design) else None
+    content = _read_part(path, _Unchecked)
+    return content.reason if content.design_sha256 == fingerprint(design) else None
 
 
-def _read_object(path: Path, keys: tuple[str, ...]) -> dict[str, Any]:
+def _read_part(path: Path, kind: type[AnyPart]) -> AnyPart:
     try:
-        content = json.loads(read_text(path))
+        return kind.model_validate(json.loads(read_text(path)))
     except json.JSONDecodeError as error:
         raise InputError(f"{path}: not JSON: {error.msg} at line {error.lineno}, column {error.colno}") from None
-    for key in keys:
-        if not isinstance(content, dict) or key not in content:
-            raise InputError(f"{path}: {key} is missing")
-    return dict(content)
+    except ValidationError as error:
+        raise InputError(describe_validation_error(path, error)) from None
 
 
 def _read_grey(path: Path) -> Image:

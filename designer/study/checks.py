@@ -1,4 +1,4 @@
-"""The best designs of a finished study checked end to end: the ``checks/`` folder beside the study's tables.
+"""Designs of a finished study checked end to end: the ``checks/`` folder beside the study's tables.
 
 ``checks/<configuration>/`` holds what :mod:`designer.imaging.endtoend.files` writes; where the check itself broke down,
 only ``unchecked.json``: the configuration and the reason.
@@ -6,23 +6,16 @@ only ``unchecked.json``: the configuration and the reason.
 
 from __future__ import annotations
 
-import csv
-import io
 import json
-import shutil
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from designer.design import Design, read_design
-from designer.files import read_text, write_atomically
-from designer.study.outputs import CHECKS, UNCHECKED
-from designer.study.workers import local_processes, run_each, why_it_failed
-
-DEFAULT_CHECKS = 3
-# The first file of a check and the last, so that one cut short is known too.
-_OUR_FILES = ("raw.png", "check.json", UNCHECKED)
+from designer.design import Design
+from designer.files import write_atomically
+from designer.study.folder import UNCHECKED, check_folder, remove_checks
+from designer.study.processes import local_processes, run_each, why_it_failed
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,33 +36,29 @@ class CheckProgress:
 CheckCallback = Callable[[CheckProgress], None]
 
 
-def check_best(
-    folder: Path, count: int = DEFAULT_CHECKS, *, jobs: int = 1, seed: int = 0, progress: CheckCallback | None = None
+def check_designs(
+    designs: Sequence[Design], folder: Path, *, jobs: int = 1, seed: int = 0, progress: CheckCallback | None = None
 ) -> dict[str, bool]:
-    """Check the best designs of a finished study, and write ``checks/<configuration>/`` for each into its folder.
+    """Check designs of a study, and write ``checks/<configuration>/`` for each into the study's folder.
 
     Checks of an earlier study in the folder are removed first. The results do not depend on ``jobs``. A check that
     breaks down concerns its own design alone: the reason is written, and the others go on.
 
     Returns
     -------
-    Whether each passed, by configuration, best first; one that could not be checked did not.
+    Whether each passed, by configuration, in the order given; one that could not be checked did not.
 
     Raises
     ------
-    InputError
-        The folder is not that of a finished study.
     OSError
         A check cannot be written.
     """
-    for earlier in {path.parent for name in _OUR_FILES for path in (folder / CHECKS).glob(f"*/{name}")}:
-        shutil.rmtree(earlier)
-    designs = best_designs(folder, count)
+    remove_checks(folder)
     if not designs:
         return {}
     passed: dict[str, bool] = {}
     started = time.perf_counter()
-    tasks = [(design, folder / CHECKS / design.configuration, seed) for design in designs]
+    tasks = [(design, check_folder(folder, design.configuration), seed) for design in designs]
     with local_processes(min(jobs, len(designs))) as processes:
         for index, future in run_each(processes, _check_and_write, tasks):
             design, problem = designs[index], ""
@@ -80,19 +69,12 @@ def check_best(
             except Exception as error:
                 verdict, seconds = False, time.perf_counter() - started
                 problem = why_it_failed(error)
-                _write_unchecked(design, problem, folder / CHECKS / design.configuration)
+                _write_unchecked(design, problem, check_folder(folder, design.configuration))
             passed[design.configuration] = verdict
             if progress is not None:
                 step = CheckProgress(len(passed), len(designs), design.configuration, verdict, seconds, problem)
                 progress(step)
     return {design.configuration: passed[design.configuration] for design in designs}
-
-
-def best_designs(folder: Path, count: int) -> list[Design]:
-    """The best feasible designs of a study's folder, in its order."""
-    rows = csv.DictReader(io.StringIO(read_text(folder / "designs.csv")))
-    feasible = [row["configuration"] for row in rows if row["status"] == "feasible"]
-    return [read_design(folder / "designs" / f"{configuration}.json") for configuration in feasible[:count]]
 
 
 def _check_and_write(design: Design, folder: Path, seed: int) -> tuple[bool, float]:

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
 from designer.files import InputError
 from designer.notebook_html import html_table
-from designer.requirement import NOT_ASKED, read_toml, requirement_to_toml
+from designer.requirement import NOT_ASKED, Requirement, read_requirement, requirement_to_toml
+from designer.study.columns import SCORE_COLUMNS
+from designer.study.folder import REQUIREMENT, RESULTS, read_rows
+from designer.study.row import frame_of
 from designer.study.sweep.export import axis_columns, read_sweep_results, requirement_of
 from designer.study.sweep.store import FILE_NAME
-
-SCORES = ("depth_error_rms", "limit_ratio", "baseline_mm", "height_mm", "diameter_mm")
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class StudyComparison:
         One row for each requirement and configuration in both: status and scores, ``_a`` and ``_b``.
     """
 
-    asked: tuple[tuple[str, Any, Any], ...]
+    asked: tuple[tuple[str, object, object], ...]
     winners: pd.DataFrame
     configurations: pd.DataFrame
 
@@ -73,13 +73,13 @@ def compare(first: Path, second: Path) -> StudyComparison:
     if axes != axis_columns(table_b):
         raise InputError(f"cannot be compared: {first} is {_kind(axes)}, {second} is {_kind(axis_columns(table_b))}")
     swept = {axis.partition(".")[2] for axis in axes}
-    flat_a, flat_b = _flat(asked_a), _flat(asked_b)
+    flat_a, flat_b = (dict(_flat(tomllib.loads(requirement_to_toml(asked)))) for asked in (asked_a, asked_b))
     keys = [key for key in {**flat_a, **flat_b} if key not in NOT_ASKED and key not in swept]
     changes = tuple((key, flat_a.get(key), flat_b.get(key)) for key in keys if flat_a.get(key) != flat_b.get(key))
     return StudyComparison(
         changes,
-        _joined(table_a[table_a["rank"] == 1], table_b[table_b["rank"] == 1], axes, ["configuration", *SCORES]),
-        _joined(table_a, table_b, [*axes, "configuration"], ["status", "rank", *SCORES]),
+        _joined(table_a[table_a["rank"] == 1], table_b[table_b["rank"] == 1], axes, ["configuration", *SCORE_COLUMNS]),
+        _joined(table_a, table_b, [*axes, "configuration"], ["status", "rank", *SCORE_COLUMNS]),
     )
 
 
@@ -87,23 +87,14 @@ def _kind(axes: list[str]) -> str:
     return f"a sweep over {', '.join(axis.partition('.')[2] for axis in axes)}" if axes else "a study"
 
 
-def _read(folder: Path) -> tuple[Mapping[str, Any], pd.DataFrame]:
+def _read(folder: Path) -> tuple[Requirement, pd.DataFrame]:
     """What was asked, and the table of results."""
     if (folder / FILE_NAME).is_file():
-        return tomllib.loads(requirement_to_toml(requirement_of(folder))), read_sweep_results(folder)
-    if not (folder / "designs.csv").is_file():
-        holds = f"holds neither designs.csv nor {FILE_NAME}" if folder.is_dir() else "is no folder"
+        return requirement_of(folder), read_sweep_results(folder)
+    if not (folder / RESULTS).is_file():
+        holds = f"holds neither {RESULTS} nor {FILE_NAME}" if folder.is_dir() else "is no folder"
         raise InputError(f"{folder}: {holds}; give the folder of a study or of a sweep")
-    try:
-        table = pd.read_csv(folder / "designs.csv")
-    except ValueError as error:  # pandas' errors of empty and malformed files, and what is not UTF-8
-        raise InputError(f"{folder / 'designs.csv'}: is no table of a study: {' '.join(str(error).split())}") from None
-    for name in ("configuration", "status"):
-        if name not in table:
-            raise InputError(f"{folder / 'designs.csv'}: is no table of a study: no column {name}")
-    # Where nothing is feasible these are absent.
-    table = table.reindex(columns=list(dict.fromkeys([*table.columns, "rank", *SCORES])))
-    return read_toml(folder / "requirement.toml"), table
+    return read_requirement(folder / REQUIREMENT), frame_of(read_rows(folder))
 
 
 def _joined(first: pd.DataFrame, second: pd.DataFrame, on: list[str], columns: list[str]) -> pd.DataFrame:
@@ -111,13 +102,15 @@ def _joined(first: pd.DataFrame, second: pd.DataFrame, on: list[str], columns: l
         pairs = pd.merge(first[columns], second[columns], how="cross", suffixes=("_a", "_b"))
     else:
         pairs = pd.merge(first[[*on, *columns]], second[[*on, *columns]], on=on, suffixes=("_a", "_b"))
-    return pairs.assign(
-        **{f"{score}_change": pairs[f"{score}_b"].astype(float) - pairs[f"{score}_a"].astype(float) for score in SCORES}
-    )
+    scores = {suffix: pairs[[f"{score}_{suffix}" for score in SCORE_COLUMNS]].astype(float) for suffix in ("a", "b")}
+    changes = {f"{score}_change": scores["b"][f"{score}_b"] - scores["a"][f"{score}_a"] for score in SCORE_COLUMNS}
+    return pairs.assign(**changes)
 
 
-def _flat(content: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    flat: dict[str, Any] = {}
+def _flat(content: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str, object]]:
+    """Every value of a requirement with its dotted key."""
     for key, value in content.items():
-        flat |= _flat(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
-    return flat
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value

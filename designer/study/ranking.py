@@ -3,34 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from designer.goals import GOALS
-from designer.requirement import Requirement
-
-if TYPE_CHECKING:  # a sweep's tables are read without the solver
-    from designer.study.task import ConfigurationResult
-
-_STATUS_ORDER = ("feasible", "infeasible", "failed", "impossible")
+from designer.requirement import Objective, Requirement
+from designer.study.columns import STATUSES
+from designer.study.row import Row
 
 
-def rank(requirement: Requirement, results: Sequence[ConfigurationResult]) -> list[ConfigurationResult]:
-    """Best first.
+def ranking(requirement: Requirement, rows: Sequence[Row]) -> list[int]:
+    """Indices of rows, best first.
 
     Designs whose first-stage objective lies within the tolerance of the best of all are equal in it and rank by the
     second objective; the others follow by the first. Then what is not feasible: nearest misses, failures,
     impossibilities, each in the order given.
     """
-    objective = requirement.objective
-    feasible = [result for result in results if result.status == "feasible"]
-    ordered: list[ConfigurationResult] = []
+    places = {status: [place for place, row in enumerate(rows) if row.status == status] for status in STATUSES}
+    feasible = places.pop("feasible")
+    ordered: list[int] = []
     if feasible:
-        first = [_first_stage(result, objective.minimise) for result in feasible]
-        second = [_second_stage(result, objective.then) for result in feasible]
-        ordered += [feasible[index] for index in best_first(first, second, objective.tolerance)]
-    for status in _STATUS_ORDER[1:]:
-        ordered += [result for result in results if result.status == status]
-    return ordered
+        first, second = (
+            [_value(rows[place], column) for place in feasible] for column in ranking_columns(requirement.objective)
+        )
+        ordered += [feasible[index] for index in best_first(first, second, requirement.objective.tolerance)]
+    return ordered + [place for others in places.values() for place in others]
+
+
+def ranking_columns(objective: Objective) -> tuple[str, str]:
+    """The columns that hold the first objective, at the design of the first stage, and the second."""
+    return f"first_stage_{GOALS[objective.minimise].column}", GOALS[objective.then].column
 
 
 def best_first(first: Sequence[float], second: Sequence[float], tolerance: float) -> list[int]:
@@ -44,11 +44,7 @@ def best_first(first: Sequence[float], second: Sequence[float], tolerance: float
     return sorted(range(len(first)), key=key)
 
 
-def _first_stage(result: ConfigurationResult, goal: str) -> float:
-    assert result.first is not None
-    return result.first.goals[goal]
-
-
-def _second_stage(result: ConfigurationResult, goal: str) -> float:
-    assert result.design is not None
-    return float(result.design.score["second_stage"][GOALS[goal].column])
+def _value(row: Row, column: str) -> float:
+    value = row.number(column)
+    assert value is not None
+    return value

@@ -21,13 +21,21 @@ from designer.optics.view import elevation_tangents_of_views
 from designer.optimise.multistart import Candidate
 from designer.optimise.search import SearchResult
 from designer.requirement import Lens, Requirement
+from designer.study.score import LeastLimit, StudyScore
 
 
 def design_of(requirement: Requirement, result: SearchResult) -> Design:
     """The design record of a feasible search result, scored."""
+    design, _ = scored_design_of(requirement, result)
+    return design
+
+
+def scored_design_of(requirement: Requirement, result: SearchResult) -> tuple[Design, StudyScore]:
+    """The same, and beside it the score that stands in it."""
     assert result.best is not None
     record = record_of(requirement, result.best)
-    return record.model_copy(update={"score": _score(requirement, result, record)})
+    score = _score(requirement, result, record)
+    return record.model_copy(update={"score": score.as_json()}), score
 
 
 def record_of(requirement: Requirement, best: Candidate) -> Design:
@@ -150,8 +158,7 @@ def _views(candidate: Candidate) -> Views:
     return Views(upper=view("upper", upper), lower=view("lower", lower))
 
 
-def _score(requirement: Requirement, result: SearchResult, record: Design) -> dict[str, Any]:
-    """What is said about a design beside its geometry: scores, clearances, both stages, solver."""
+def _score(requirement: Requirement, result: SearchResult, record: Design) -> StudyScore:
     assert result.best is not None
     assert result.first is not None
     best, first = result.best, result.first
@@ -159,21 +166,21 @@ def _score(requirement: Requirement, result: SearchResult, record: Design) -> di
     tightest = int(clearances.argmin())
     names = best.evaluation.names[-len(clearances) :]
     shapes = [mirror_shape(record, mirror.name) for mirror in record.mirrors]
-    return {
-        **evaluate_design(record),
-        "smallest_clearance_mm": float(clearances[tightest]),
-        "smallest_clearance_where": names[tightest],
-        "largest_slope_deg": max(max(abs(slope) for slope in shape.slope_deg) for shape in shapes),
-        "first_stage": in_columns(first.goals),
-        "second_stage": in_columns(best.goals),
-        "least_limit": least_limit_of(requirement, best.problem.variant.configuration),
-        "first_stage_limit_ratio": first.goals["depth_error"] / result.limit_of_first,
-        "largest_scaled_violation": best.violation,
-        "solver_statuses": result.statuses,
-    }
+    return StudyScore(
+        score=evaluate_design(record),
+        smallest_clearance_mm=float(clearances[tightest]),
+        smallest_clearance_where=names[tightest],
+        largest_slope_deg=max(max(abs(slope) for slope in shape.slope_deg) for shape in shapes),
+        first_stage=in_columns(first.goals),
+        second_stage=in_columns(best.goals),
+        least_limit=least_limit_of(requirement, best.problem.variant.configuration),
+        first_stage_limit_ratio=first.goals["depth_error"] / result.limit_of_first,
+        largest_scaled_violation=best.violation,
+        solver_statuses=result.statuses,
+    )
 
 
-def least_limit_of(requirement: Requirement, configuration: Configuration) -> dict[str, float]:
+def least_limit_of(requirement: Requirement, configuration: Configuration) -> LeastLimit:
     """The least limit over every baseline and principal distance that the requirement allows, and where it lies.
 
     Raises
@@ -200,8 +207,4 @@ def least_limit_of(requirement: Requirement, configuration: Configuration) -> di
     if not limits:
         raise ValueError("no lens leaves room for the inner zone beside the outer one and the gap")
     least = min(limits, key=lambda limit: limit.depth_error_rms)
-    return {
-        "depth_error_rms": least.depth_error_rms,
-        "baseline_mm": least.baseline,
-        "focal_length_mm": least.principal_distance,
-    }
+    return LeastLimit(least.depth_error_rms, least.baseline, least.principal_distance)

@@ -4,35 +4,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
-from designer.optimise.pareto_fronts import ParetoPoint
 from designer.requirement import Requirement
-from designer.study.folder import write_folder
+from designer.study.folder import provenance_of, write_study
+from designer.study.processes import Processes, local_processes, run_each, why_it_failed
 from designer.study.progress import Progress
-from designer.study.ranking import rank
+from designer.study.ranking import ranking
 from designer.study.selection import restrict
-from designer.study.task import ConfigurationResult, front_of, solve_configuration
-from designer.study.workers import Processes, local_processes, run_each, why_it_failed
+from designer.study.study import ParetoRow, Study
+from designer.study.task import ConfigurationResult, failed, pareto_front_of, solve_configuration
 
 ProgressCallback = Callable[[Progress], None]
-DESIGNS_WITH_FRONTS = 5
-
-
-@dataclass(frozen=True, slots=True)
-class Study:
-    """The outcome of a study, best designs first."""
-
-    requirement: Requirement
-    results: tuple[ConfigurationResult, ...]
-    fronts: tuple[tuple[str, ParetoPoint], ...]
-    elapsed_seconds: float
-
-    @property
-    def feasible(self) -> tuple[ConfigurationResult, ...]:
-        """Results of feasible configurations, best first."""
-        return tuple(result for result in self.results if result.status == "feasible")
+DESIGNS_WITH_PARETO_FRONTS = 5
 
 
 def run_study(
@@ -65,7 +50,7 @@ def run_study(
         A pattern matches none of the requirement's configurations.
     """
     study = solve_study(requirement, jobs=jobs, only=only, progress=progress)
-    write_folder(study.requirement, study.results, study.fronts, study.elapsed_seconds, folder)
+    write_study(study, folder)
     return study
 
 
@@ -76,10 +61,15 @@ def solve_study(
     started = time.perf_counter()
     requirement = restrict(requirement, only)
     with local_processes(jobs) as processes:
-        results = _solve_each(processes, requirement, progress, started)
-        ranked = rank(requirement, results)
-        ranked, fronts = _trace_fronts(processes, ranked)
-    return Study(requirement, tuple(ranked), tuple(fronts), time.perf_counter() - started)
+        results = _ranked(requirement, _solve_each(processes, requirement, progress, started))
+        results, pareto = _trace_pareto_fronts(processes, results)
+    return Study(
+        requirement,
+        tuple(result.row for result in results),
+        {result.row.configuration: result.design for result in results if result.design is not None},
+        tuple(pareto),
+        provenance_of(requirement, time.perf_counter() - started),
+    )
 
 
 def _solve_each(
@@ -94,7 +84,7 @@ def _solve_each(
         try:
             result = future.result()
         except Exception as error:
-            result = ConfigurationResult(configurations[index], "failed", why_it_failed(error))
+            result = failed(configurations[index], why_it_failed(error))
         results[index] = result
         feasible += result.status == "feasible"
         if progress is not None:
@@ -105,18 +95,27 @@ def _solve_each(
     return [results[index] for index in range(len(configurations))]
 
 
-def _trace_fronts(
+def _ranked(requirement: Requirement, results: list[ConfigurationResult]) -> list[ConfigurationResult]:
+    """The results, best first, the feasible ones with their ranks."""
+    ordered = [results[place] for place in ranking(requirement, [result.row for result in results])]
+    return [
+        replace(result, row=result.row.with_values(rank=rank)) if result.status == "feasible" else result
+        for rank, result in enumerate(ordered, start=1)
+    ]
+
+
+def _trace_pareto_fronts(
     processes: Processes, ranked: list[ConfigurationResult]
-) -> tuple[list[ConfigurationResult], list[tuple[str, ParetoPoint]]]:
-    """The fronts of the best designs, in their order, and the results; one without its front says why."""
+) -> tuple[list[ConfigurationResult], list[ParetoRow]]:
+    """The Pareto fronts of the best designs, in their order, and the results; one without its front says why."""
     ranked = list(ranked)
-    best = [place for place, result in enumerate(ranked) if result.first is not None][:DESIGNS_WITH_FRONTS]
-    fronts: dict[int, list[ParetoPoint]] = {}
-    for index, future in run_each(processes, front_of, [(ranked[place].first,) for place in best]):
+    best = [place for place, result in enumerate(ranked) if result.first is not None][:DESIGNS_WITH_PARETO_FRONTS]
+    found: dict[int, list[ParetoRow]] = {}
+    for index, future in run_each(processes, pareto_front_of, [(ranked[place].first,) for place in best]):
         place = best[index]
         try:
-            fronts[place] = future.result()
+            found[place] = future.result()
         except Exception as error:
-            details = ranked[place].details | {"front_problem": why_it_failed(error)}
-            ranked[place] = replace(ranked[place], details=details)
-    return ranked, [(ranked[place].configuration.name, point) for place in sorted(fronts) for point in fronts[place]]
+            row = ranked[place].row.with_values(pareto_front_problem=why_it_failed(error))
+            ranked[place] = replace(ranked[place], row=row)
+    return ranked, [point for place in sorted(found) for point in found[place]]

@@ -4,38 +4,43 @@ from __future__ import annotations
 
 import time
 import traceback
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 from designer.configurations import Configuration
 from designer.design import Design
+from designer.goals import in_columns
 from designer.optimise.multistart import Candidate
 from designer.optimise.pareto_fronts import ParetoPoint, trace_pareto_front
 from designer.optimise.program import forget_programs
-from designer.optimise.search import SearchResult, search
+from designer.optimise.search import search
 from designer.requirement import Requirement
-from designer.study.record import design_of
+from designer.study.columns import Found, FoundDesign
+from designer.study.record import scored_design_of
+from designer.study.row import Row, row_of
+from designer.study.study import ParetoRow
 from designer.verify.judge import judge
 from designer.verify.verdict import Verdict
 
-FRONT_POINTS = 9
-FRONT_SIZES = ("height", "diameter")
+PARETO_POINTS = 9
+PARETO_SIZES = ("height", "diameter")
 
 
 @dataclass(frozen=True, slots=True)
 class ConfigurationResult:
     """What a study knows of one configuration.
 
-    ``status`` is one of feasible, impossible, infeasible, failed; ``design`` is None unless feasible. ``details`` are
-    further columns of the table. ``first`` is where fronts start from.
+    ``design`` and ``first``, where Pareto fronts start from, are None unless the row's status is feasible.
     """
 
     configuration: Configuration
-    status: str
-    reason: str
+    row: Row
     design: Design | None = None
-    details: dict[str, Any] = field(default_factory=dict)
     first: Candidate | None = None
+
+    @property
+    def status(self) -> str:
+        """One of feasible, impossible, infeasible, failed."""
+        return self.row.status
 
 
 def solve_configuration(requirement: Requirement, configuration: Configuration) -> ConfigurationResult:
@@ -48,32 +53,24 @@ def solve_configuration(requirement: Requirement, configuration: Configuration) 
     forget_programs()
     try:
         result = search(requirement, configuration)
-        details: dict[str, Any] = {"starts": requirement.solve.starts, "solves": result.solves}
-        details |= columns_of_shortfall(result)
-        design = None
-        status, reason = result.status, result.reason
+        status, reason, found = result.status, result.reason, None
         if result.status == "feasible":
-            design = design_of(requirement, result)
-            details |= _details(result, design)
+            design, score = scored_design_of(requirement, result)
             verdict = judge(design)
-            if not verdict.passed:
+            if verdict.passed:
+                found = FoundDesign(design, score.score.depth, score)
+            else:
                 status, reason = "failed", why_rejected(verdict)
+        seconds = time.perf_counter() - started
+        row = row_of(Found(configuration, status, reason, result, found, requirement.solve.starts, seconds))
     except Exception as error:
-        return ConfigurationResult(configuration, "failed", why_broken_down(error))
-    details["seconds"] = time.perf_counter() - started
-    first = result.first if status == "feasible" else None
-    return ConfigurationResult(configuration, status, reason, design if first else None, details, first)
+        return failed(configuration, why_broken_down(error))
+    return ConfigurationResult(configuration, row, found.record if found else None, result.first if found else None)
 
 
-def columns_of_shortfall(result: SearchResult) -> dict[str, Any]:
-    """What the nearest miss of an infeasible configuration misses, and by how much; nothing for any other."""
-    if result.shortfall is None:
-        return {}
-    return {
-        "closest_constraint": result.shortfall.constraint,
-        "closest_violation": result.shortfall.amount,
-        "closest_unit": result.shortfall.unit,
-    }
+def failed(configuration: Configuration, reason: str) -> ConfigurationResult:
+    """The result of a configuration that could not be solved."""
+    return ConfigurationResult(configuration, row_of(Found(configuration, "failed", reason)))
 
 
 def why_rejected(verdict: Verdict) -> str:
@@ -87,35 +84,20 @@ def why_broken_down(error: Exception) -> str:
     return " ".join(f"{type(error).__name__}: {error} ({where.name}, line {where.lineno})".split())
 
 
-def front_of(first: Candidate) -> list[ParetoPoint]:
-    """The front of depth error against height and diameter for one design, whatever the first objective."""
-    return trace_pareto_front(first, FRONT_SIZES, FRONT_POINTS)
+def pareto_front_of(first: Candidate) -> list[ParetoRow]:
+    """Pareto fronts of depth error against height and diameter of one design, whatever the first objective."""
+    name = first.problem.variant.configuration.name
+    return [_pareto_row(name, point) for point in trace_pareto_front(first, PARETO_SIZES, PARETO_POINTS)]
 
 
-def _details(result: SearchResult, design: Design) -> dict[str, Any]:
-    """Columns of designs.csv beyond the contract's first ten."""
-    score = design.score
-    first, second = score["first_stage"], score["second_stage"]
-    return {
-        "variant": design.variant,
-        "first_stage_depth_error_rms": first["depth_error_rms"],
-        "first_stage_limit_ratio": score["first_stage_limit_ratio"],
-        "first_stage_height_mm": first["height_mm"],
-        "first_stage_diameter_mm": first["diameter_mm"],
-        "first_stage_volume_cm3": first["volume_cm3"],
-        "volume_cm3": second["volume_cm3"],
-        "largest_mirror_diameter_mm": 2.0 * max(mirror.outer_radius_mm for mirror in design.mirrors),
-        "focal_length_mm": design.camera.focal_length_mm,
-        "lens": result.best.lens.name if result.best else "",
-        "depth_error_worst": score["depth_error_worst"],
-        "first_order_valid": score["first_order_valid"],
-        "depth_error_rms_second_order": score["depth_error_rms_second_order"],
-        "depth_error_worst_second_order": score["depth_error_worst_second_order"],
-        "second_order_valid": score["second_order_valid"],
-        "least_limit_depth_error_rms": score["least_limit"]["depth_error_rms"],
-        "least_limit_baseline_mm": score["least_limit"]["baseline_mm"],
-        "least_limit_focal_length_mm": score["least_limit"]["focal_length_mm"],
-        "smallest_clearance_mm": score["smallest_clearance_mm"],
-        "smallest_clearance_where": score["smallest_clearance_where"],
-        "largest_slope_deg": score["largest_slope_deg"],
-    }
+def _pareto_row(configuration: str, point: ParetoPoint) -> ParetoRow:
+    goals = in_columns(point.goals)
+    return ParetoRow(
+        configuration=configuration,
+        swept=f"{point.swept}_mm",
+        limit_mm=point.limit,
+        status="feasible",
+        depth_error_rms=goals["depth_error_rms"],
+        height_mm=goals["height_mm"],
+        diameter_mm=goals["diameter_mm"],
+    )

@@ -8,9 +8,13 @@ from types import ModuleType
 import pytest
 from recorded_calls import Calls
 
+from designer.design import Design, read_design
 from designer.requirement import Requirement
 from designer.study.checks import CheckProgress
+from designer.study.folder import read_rows
 from designer.study.progress import Progress
+from designer.study.study import Study
+from support import DATA
 
 DESIGNS = """\
 configuration,family,topology,status,reason,depth_error_rms,limit_ratio,baseline_mm,height_mm,diameter_mm
@@ -30,7 +34,7 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
         *,
         jobs: int,
         progress: Callable[[Progress], None] | None,
-    ) -> None:
+    ) -> Study:
         seen.requirements.append(requirement)
         seen.folders.append(out_dir)
         seen.jobs.append(jobs)
@@ -39,28 +43,33 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
         if progress:
             progress(Progress(1, 2, "direct-HyHy-upper_outer", "infeasible", 0, 1.5, 1.5))
             progress(Progress(2, 2, "folded-HyPl-Hy-upper_outer", "feasible", 1, 3.0, 0.0))
+        best = read_design(DATA / "folded_hypl_hy.json").model_copy(update={"score": {"fabrication_notes": seen.notes}})
+        rows = read_rows(out_dir)
+        ranked = tuple(row.with_values(rank=place) for place, row in enumerate(rows, 1) if row.status == "feasible")
+        designs = {row.configuration: best for row in ranked}
+        return Study(requirement, (*ranked, *rows[len(ranked) :]), designs)
 
-    def write_pdf(study_dir: Path, tell: Callable[[str], None] | None) -> Path:
+    def write_pdf(study: Study, study_dir: Path, tell: Callable[[str], None] | None) -> Path:
         seen.reports.append(study_dir)
         if tell:
             tell("the fonts lack characters of title")
         return study_dir / "study.pdf"
 
-    def best_designs(study_dir: Path, count: int) -> list[str]:
-        return ["folded-HyPl-Hy-upper_outer"][:count]
-
-    def check_best(study_dir: Path, count: int, *, jobs: int, progress: Callable[[CheckProgress], None] | None) -> None:
-        seen.checks.append(count)
-        if progress and count:
+    def check_designs(
+        designs: list[Design], study_dir: Path, *, jobs: int, progress: Callable[[CheckProgress], None] | None
+    ) -> None:
+        seen.checks.append([design.configuration for design in designs])
+        if progress and designs:
             progress(CheckProgress(1, 1, "folded-HyPl-Hy-upper_outer", True, 12.3))
 
     for name, functions in (
         ("designer.study.run", (run_study,)),
-        ("designer.study.checks", (best_designs, check_best, CheckProgress)),
+        ("designer.study.checks", (check_designs, CheckProgress)),
         ("designer.report.document", (write_pdf,)),
     ):
         module = ModuleType(name)
         for function in functions:
             setattr(module, function.__name__, function)
         monkeypatch.setitem(sys.modules, name, module)
+    monkeypatch.setattr("designer.study.folder.read_study", lambda folder: None)
     return seen

@@ -8,12 +8,13 @@ from designer.requirement import Requirement
 
 @dataclass
 class Calls:
-    """The arguments of every call, in order, and the table that the study writes."""
+    """The arguments of every call, in order, the table that the study writes, and the notes on its best design."""
 
     designs: str
     requirements: list[Requirement] = field(default_factory=list)
     folders: list[Path] = field(default_factory=list)
     jobs: list[int] = field(default_factory=list)
     only: list[tuple[str, ...]] = field(default_factory=list)
-    checks: list[int] = field(default_factory=list)
+    checks: list[list[str]] = field(default_factory=list)
     reports: list[Path] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)

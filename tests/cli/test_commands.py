@@ -119,19 +119,14 @@ def test_a_ranking_of_several_says_how_it_was_made(asked: Path, calls: Calls) ->
     )
 
 
-def test_remarks_on_the_best_design_are_pointed_at(asked: Path, calls: Calls) -> None:
-    folder = Path("reports/my/designs")
-    folder.mkdir(parents=True)
-    best = read_design(DATA / "folded_hypl_hy.json")
-    path = folder / f"{best.configuration}.json"
-    write_design(best.model_copy(update={"score": {"remarks": ["a", "b"]}}), path)
+def test_fabrication_notes_on_the_best_design_are_pointed_at(asked: Path, calls: Calls) -> None:
+    calls.notes = ["a", "b"]
+    told = "before ordering the best design's mirrors, read the"
+    assert f"{told} 2 fabrication notes (with the winner in study.pdf)" in run("study", asked).stdout.splitlines()
+    calls.notes = ["a"]
+    path = Path("reports/my/designs/folded-HyPl-Hy-upper_outer.json")
     assert (
-        "before ordering the best design's mirrors, read the 2 remarks (with the winner in study.pdf)"
-        in run("study", asked).stdout.splitlines()
-    )
-    write_design(best.model_copy(update={"score": {"remarks": ["a"]}}), path)
-    assert (
-        f"before ordering the best design's mirrors, read the remark (score.remarks in {path})"
+        f"{told} fabrication note (score.fabrication_notes in {path})"
         in run("study", asked, "--no-pdf").stdout.splitlines()
     )
 
@@ -145,7 +140,8 @@ def test_a_quiet_study_without_pdf_elsewhere(asked: Path, calls: Calls) -> None:
 def test_as_many_designs_are_checked_as_asked(asked: Path, calls: Calls) -> None:
     for words in ((), ("--checks", "1"), ("--checks", "0")):
         assert run("study", *words, asked).exit_code == 0
-    assert calls.checks == [3, 1, 0]
+    best = "folded-HyPl-Hy-upper_outer"
+    assert calls.checks == [[best], [best], []]
     assert run("study", "--checks", "-1", asked).exit_code == 2
 
 
@@ -234,7 +230,7 @@ def test_a_design_is_scored_and_traced() -> None:
     assert "baseline 131.607 mm" in result.stdout
     assert "before ordering" not in result.stdout
     content = json.loads(run("evaluate", "--json", DATA / "jaramillo_2016.json").stdout, parse_constant=pytest.fail)
-    assert content["evaluation"]["remarks"] == []
+    assert content["evaluation"]["fabrication_notes"] == []
     assert content["evaluation"]["limit_ratio"] >= 1
     assert content["trace"]["passed"] is False
 

@@ -69,13 +69,13 @@ def test_other_contradictions_are_warnings_too(tmp_path: Path):
     assert [line for line in result.stderr.splitlines() if "configuration direct-HyHy-upper_outer" in line]
 
 
-def test_remarks_come_before_the_verdict(tmp_path: Path):
+def test_fabrication_notes_come_before_the_verdict(tmp_path: Path):
     def narrow(record: dict[str, Any]) -> None:
         record["mirrors"][1]["inner_radius_mm"] = 0.3
 
-    remark = json.loads(run("evaluate", narrow, tmp_path, "--json").stdout)["evaluation"]["remarks"][0]
-    assert "has a hole 0.60 mm wide (below 2 mm)" in remark
-    assert f"before ordering mirrors:\n  - {remark}\n" in run("evaluate", narrow, tmp_path).stdout
+    note = json.loads(run("evaluate", narrow, tmp_path, "--json").stdout)["evaluation"]["fabrication_notes"][0]
+    assert "has a hole 0.60 mm wide (below 2 mm)" in note
+    assert f"before ordering mirrors:\n  - {note}\n" in run("evaluate", narrow, tmp_path).stdout
 
 
 def test_a_refusal_names_the_file(tmp_path: Path):

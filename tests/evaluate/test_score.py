@@ -10,7 +10,7 @@ import pytest
 from designer.design import Design
 from designer.evaluate.depth import StereoPair, depth_error_rms, volume_of
 from designer.evaluate.limit import ImageBounds, arrangement_of, limit_gains
-from designer.evaluate.score import evaluate_design
+from designer.evaluate.score import depth_score, evaluate_design, recorded_fabrication_notes
 from designer.files import InputError
 from designer.optics.view import elevation_tangents_of_views, image_radius
 from designer.trace.bundles import pinhole_directions
@@ -21,7 +21,7 @@ from designer.trace.instrument import build_instrument
 @pytest.mark.parametrize("name", ["published", "crossing"])
 def test_summary_is_plain_json_with_what_was_asked(name: str, request):
     design: Design = request.getfixturevalue(name)
-    summary = evaluate_design(design)
+    summary = evaluate_design(design).as_json()
     assert json.loads(json.dumps(summary, allow_nan=False)) == summary
     assert summary["limit_ratio"] == pytest.approx(summary["depth_error_rms"] / summary["depth_error_limit"])
     assert summary["limit_ratio"] >= 1
@@ -46,7 +46,7 @@ def test_the_limit_keeps_the_gap_that_the_record_asks_for(published: Design, gap
     assert (outer_begins - inner_ends) / camera.pixel_pitch_mm == pytest.approx(gap_px, abs=1e-9)
     pair = StereoPair(gains[0], "folded", gains[1], "direct", design.baseline_mm, camera.focal_length_mm)
     error = depth_error_rms(pair, volume, design.noise_px * camera.pixel_pitch_mm)
-    assert evaluate_design(design)["depth_error_limit"] == pytest.approx(error, rel=1e-12)
+    assert evaluate_design(design).depth.depth_error_limit == pytest.approx(error, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_rims_are_where_rays_begin_and_cease_to_meet_the_mirror(name: str, view_
     design: Design = request.getfixturevalue(name)
     scene, camera = build_instrument(design), design.camera
     index = scene.path(getattr(design.views, view_name).path)[0]
-    rims = evaluate_design(design)["rims_px"][view_name]
+    rims = evaluate_design(design).rims_px[view_name]
     for edge in edges:
         towards_face = (1e-3, -1e-3)[edge]
         radii_px = np.array([rims[edge] + towards_face, rims[edge] - towards_face])
@@ -72,35 +72,44 @@ def test_rims_are_where_rays_begin_and_cease_to_meet_the_mirror(name: str, view_
 
 
 def test_rims_lie_beyond_the_zones_asked_for(published: Design):
-    summary = evaluate_design(published)
+    score = evaluate_design(published)
     for view_name in ("upper", "lower"):
-        (rim_inner, rim_outer), (low, high) = summary["rims_px"][view_name], summary["zones_px"][view_name]
+        (rim_inner, rim_outer), (low, high) = score.rims_px[view_name], score.zones_px[view_name]
         assert rim_inner < low < high < rim_outer
 
 
 def test_an_edge_below_the_pinhole_has_no_image(published: Design):
     below = published.model_dump(mode="json", by_alias=True)
     below["mirrors"][2]["vertex_mm"] = -5.0
-    summary = evaluate_design(Design.model_validate(below))
-    assert summary["rims_px"]["lower"] == [None, None]
+    assert evaluate_design(Design.model_validate(below)).rims_px["lower"] == (None, None)
 
 
 @pytest.mark.parametrize(
     ("farthest", "first", "second"), [(2000.0, True, True), (8_000.0, False, True), (60_000.0, False, False)]
 )
 def test_each_order_is_valid_up_to_its_bound(published: Design, farthest: float, first: bool, second: bool):
-    summary = evaluate_design(changed(published, ("working_volume", "distance_mm"), [500.0, farthest]))
-    assert (summary["first_order_valid"], summary["second_order_valid"]) == (first, second)
-    worst, corrected = summary["depth_error_worst"], summary["depth_error_worst_second_order"]
+    depth = evaluate_design(changed(published, ("working_volume", "distance_mm"), [500.0, farthest])).depth
+    assert (depth.first_order_valid, depth.second_order_valid) == (first, second)
+    worst, corrected = depth.depth_error_worst, depth.depth_error_worst_second_order
     assert corrected == pytest.approx(worst * (1 + 9 * worst**2) ** 0.5)
     assert (corrected < 1.02 * worst) == first
-    assert summary["depth_error_rms"] < summary["depth_error_rms_second_order"] < corrected
+    assert depth.depth_error_rms < depth.depth_error_rms_second_order < corrected
+
+
+def test_the_depth_errors_alone_are_those_of_the_whole_score(published: Design):
+    assert depth_score(published) == evaluate_design(published).depth
+
+
+@pytest.mark.parametrize("key", ["fabrication_notes", "remarks"])
+def test_fabrication_notes_are_found_in_files_of_every_version(key: str, published: Design):
+    recorded = published.model_copy(update={"score": {key: ["thin"]}})
+    assert recorded_fabrication_notes(recorded) == ("thin",)
+    assert recorded_fabrication_notes(published.model_copy(update={"score": {}})) == ()
 
 
 def test_far_away_rounding_reaches_infinity(published: Design):
     far = changed(published, ("working_volume", "distance_mm"), [500.0, 60_000.0])
-    summary = evaluate_design(far)
-    assert summary["quantisation"]["brute_force_rms"] is None
+    assert evaluate_design(far).quantisation.brute_force_rms is None
 
 
 @pytest.mark.parametrize(

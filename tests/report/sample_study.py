@@ -290,7 +290,7 @@ def _row(configuration: Configuration, by_name: dict[str, Design]) -> dict[str, 
             "first_stage_diameter_mm": 71.0,
             "volume_cm3": 210.0,
             "largest_mirror_diameter_mm": design.diameter_mm,
-            "focal_length_mm": 12.0,
+            "principal_distance_mm": 12.0,
             "lens": "S-mount 12 mm",
             "depth_error_worst": 0.0312,
             "smallest_clearance_mm": 0.5,
@@ -313,7 +313,7 @@ def _row(configuration: Configuration, by_name: dict[str, Design]) -> dict[str, 
 COLUMN_NAMES = (
     "configuration family topology status reason depth_error_rms limit_ratio baseline_mm height_mm diameter_mm rank "
     "variant first_stage_depth_error_rms first_stage_height_mm first_stage_diameter_mm volume_cm3 "
-    "largest_mirror_diameter_mm focal_length_mm lens depth_error_worst smallest_clearance_mm "
+    "largest_mirror_diameter_mm principal_distance_mm lens depth_error_worst smallest_clearance_mm "
     "smallest_clearance_where largest_slope_deg closest_constraint closest_violation closest_unit starts solves seconds"
 )
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import csv
+import json
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,19 +15,23 @@ from sample_study import prototype, two_direct_mirrors, write_sample_study
 from designer.configurations import enumerate_configurations
 from designer.files import InputError
 from designer.report.content.legible import legible_source
-from designer.report.content.sections import Illustrations, source
+from designer.report.content.sections import source
 from designer.report.content.tables import ranking
 from designer.report.document import draw_figures, write_pdf
+from designer.report.figures import registry
+from designer.report.figures.registry import PAGE_PANEL, Drawing, ReportFigure
 from designer.report.typst.glyphs import missing_characters
 from designer.report.typst.pdf import typeset
-from designer.study.results import read_folder
+from designer.study.folder import read_study
+
+SQUARE = b'<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><rect width="9" height="9"/></svg>'
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     designs = (prototype(), prototype(direct_kind="ellipsoid"))
     path = write_sample_study(tmp_path_factory.mktemp("study") / "sample", name="indoor_robot", designs=designs)
-    write_pdf(path)
+    write_pdf(read_study(path), path)
     return path
 
 
@@ -35,20 +41,20 @@ def test_a_report_with_its_figures_appears_beside_the_study(folder: Path) -> Non
     for panel in ("cross-section", "image-layout", "resolution", "depth-resolution", "depth-error"):
         assert f"{panel}-folded-HyPl-Hy-upper_outer.svg" in names
     assert {"trade-height.svg", "trade-diameter.svg", "fronts-height.svg", "fronts-diameter.svg"} <= names
-    assert not [name for name in names if not name.endswith(".svg")]
+    assert names - set(json.loads((folder / "figures" / "report.json").read_text())) == {"report.json"}
 
 
 def test_the_same_folder_gives_the_same_bytes(folder: Path, tmp_path: Path) -> None:
     copy = tmp_path / "elsewhere"
     shutil.copytree(folder, copy, ignore=shutil.ignore_patterns("figures", "study.pdf"))
-    write_pdf(copy)
+    write_pdf(read_study(copy), copy)
     assert (copy / "study.pdf").read_bytes() == (folder / "study.pdf").read_bytes()
     for figure in (folder / "figures").iterdir():
         assert (copy / "figures" / figure.name).read_bytes() == figure.read_bytes()
 
 
 def test_all_44_stand_in_the_ranking_with_status_and_reason(folder: Path) -> None:
-    study = read_folder(folder)
+    study = read_study(folder)
     table = ranking(study.rows)
     listed = re.findall(r'name-of\("([^"]+)"\)', table)
     assert sorted(listed) == sorted(configuration.name for configuration in enumerate_configurations())
@@ -59,38 +65,41 @@ def test_all_44_stand_in_the_ranking_with_status_and_reason(folder: Path) -> Non
 
 
 def test_the_paper_stands_beside_ours_for_the_indoor_robot_alone(folder: Path) -> None:
-    study = read_folder(folder)
-    assert "paper's prototype" in source(study, Illustrations())
-    study.requirement["name"] = "elsewhere"
-    assert "paper's prototype (Jang" not in source(study, Illustrations())
+    study = read_study(folder)
+    assert "paper's prototype" in source(study, {})
+    elsewhere = replace(study, requirement=study.requirement.model_copy(update={"name": "elsewhere"}))
+    assert "paper's prototype (Jang" not in source(elsewhere, {})
 
 
 def test_a_study_without_a_feasible_design_says_what_came_closest(tmp_path: Path) -> None:
     path = write_sample_study(tmp_path / "none", designs=())
-    study = read_folder(path)
-    text = source(study, Illustrations())
+    study = read_study(path)
+    text = source(study, {})
     assert "What came closest" in text
     assert "diameter of the mirror system" in text
     assert "None of the 44" in text
-    assert write_pdf(path).read_bytes().startswith(b"%PDF-")
+    assert write_pdf(study, path).read_bytes().startswith(b"%PDF-")
 
 
-def test_remarks_stand_on_the_design_s_page_and_the_verdict_points_there(tmp_path: Path) -> None:
-    remarked = prototype().model_copy(update={"score": {**prototype().score, "remarks": ["it is -2 mm [wide] #x"] * 3}})
-    path = write_sample_study(tmp_path / "remarked", designs=(remarked, two_direct_mirrors()))
-    study = read_folder(path)
+@pytest.mark.parametrize("key", ["fabrication_notes", "remarks"])
+def test_fabrication_notes_stand_on_the_design_s_page_and_the_verdict_points_there(key: str, tmp_path: Path) -> None:
+    """Those of version 0.1, which called them remarks, too."""
+    noted = prototype().model_copy(update={"score": {**prototype().score, key: ["it is -2 mm [wide] #x"] * 3}})
+    path = write_sample_study(tmp_path / "noted", designs=(noted, two_direct_mirrors()))
+    study = read_study(path)
     drawn = draw_figures(study)
     told = source(study, drawn)
+    figures = {name: drawing.svg for name, drawing in drawn.items()}
     assert told.count('[#text("It is −2 mm [wide] #x.")]') == 3
-    assert told.count("#remarks(") == 1
-    assert "Before its mirrors are ordered, the 3 remarks on its page should be read" in told
-    assert typeset(told, drawn.files).startswith(b"%PDF-")
+    assert told.count("#fabrication-notes(") == 1
+    assert "Before its mirrors are ordered, the 3 fabrication notes on its page should be read" in told
+    assert typeset(told, figures).startswith(b"%PDF-")
 
 
 def test_one_feasible_design_is_enough(tmp_path: Path) -> None:
     path = write_sample_study(tmp_path / "one", designs=(prototype(),))
-    assert "only feasible design" in source(read_folder(path), Illustrations())
-    assert write_pdf(path).exists()
+    assert "only feasible design" in source(read_study(path), {})
+    assert write_pdf(read_study(path), path).exists()
 
 
 def test_columns_fronts_and_provenance_may_be_missing(tmp_path: Path) -> None:
@@ -104,9 +113,10 @@ def test_columns_fronts_and_provenance_may_be_missing(tmp_path: Path) -> None:
         writer = csv.DictWriter(stream, fieldnames=kept.split(), extrasaction="ignore")
         writer.writeheader()
         writer.writerows(rows)
-    study = read_folder(path)
+    study = read_study(path)
     drawn = draw_figures(study)
-    assert typeset(source(study, drawn), drawn.files).startswith(b"%PDF-")
+    figures = {name: drawing.svg for name, drawing in drawn.items()}
+    assert typeset(source(study, drawn), figures).startswith(b"%PDF-")
 
 
 @pytest.mark.parametrize(
@@ -124,8 +134,8 @@ def test_nothing_is_printed_that_the_fonts_lack(title: str, description: str, sh
         re.sub(r"description = .*", f'description = "{description}"', asked.read_text(encoding="utf-8")),
         encoding="utf-8",
     )
-    study = read_folder(path)
-    text, note = legible_source(study, Illustrations())
+    study = read_study(path)
+    text, note = legible_source(study, {})
     assert not missing_characters(text)
     key, kept = ("title", description) if shown == "none" else ("description", title)
     assert f"lack characters of {key}:" in note
@@ -133,14 +143,14 @@ def test_nothing_is_printed_that_the_fonts_lack(title: str, description: str, sh
     assert kept in text
     assert shown == "none" or shown in text
     told: list[str] = []
-    write_pdf(path, told.append)
+    write_pdf(study, path, told.append)
     assert told == [note]
 
 
 def test_where_the_fonts_have_everything_nothing_is_said(tmp_path: Path) -> None:
     path = write_sample_study(tmp_path / "plain", title="Größe und Reichweite", designs=())
-    study = read_folder(path)
-    assert legible_source(study, Illustrations()) == (source(study, Illustrations()), "")
+    study = read_study(path)
+    assert legible_source(study, {}) == (source(study, {}), "")
 
 
 @pytest.mark.parametrize(
@@ -155,7 +165,7 @@ def test_errors_beyond_first_order_are_flagged_everywhere(
 ) -> None:
     """In the verdict, in the ranking (beside a design without a star) and on the design's page."""
     path = write_sample_study(tmp_path / "far", designs=(prototype(), prototype(topology="upper_inner")))
-    plain = source(read_folder(path), Illustrations())
+    plain = source(read_study(path), {})
     assert "A star marks" not in plain
     assert '"to second order"' not in plain
     with (path / "designs.csv").open(encoding="utf-8") as stream:
@@ -171,14 +181,14 @@ def test_errors_beyond_first_order_are_flagged_everywhere(
         writer = csv.DictWriter(stream, fieldnames=list(flagged[0]))
         writer.writeheader()
         writer.writerows(flagged)
-    study = read_folder(path)
-    text = source(study, Illustrations())
+    study = read_study(path)
+    text = source(study, {})
     assert verdict_says in text
     assert "A star marks errors that exceed 6.5 % somewhere" in text
     table = ranking(study.rows)
     assert (table.count('#text("*")'), table.count('#hide("*")')) == (1, 1)
     assert page_says in text
-    assert write_pdf(path).exists()
+    assert write_pdf(read_study(path), path).exists()
 
 
 def test_the_least_limit_is_told_where_it_is_not_the_designs_own(tmp_path: Path) -> None:
@@ -192,7 +202,7 @@ def test_the_least_limit_is_told_where_it_is_not_the_designs_own(tmp_path: Path)
             writer = csv.DictWriter(stream, fieldnames=[*rows[0], "least_limit_depth_error_rms", *where])
             writer.writeheader()
             writer.writerows(row | where | {"least_limit_depth_error_rms": str(least)} for row in rows)
-        text = source(read_folder(path), Illustrations())
+        text = source(read_study(path), {})
         # In the verdict, beside the winner's drawing and on its page.
         assert text.count("1.10 %") == told
         assert text.count("at b = 120.0 and f = 16.00 mm") == max(told - 1, 0)
@@ -204,7 +214,7 @@ def test_figures_of_an_earlier_report_go(tmp_path: Path) -> None:
     stale.parent.mkdir()
     for file in (stale, foreign):
         file.write_text("<svg/>")
-    write_pdf(path)
+    write_pdf(read_study(path), path)
     assert not stale.exists()
     assert foreign.exists()
 
@@ -222,7 +232,7 @@ def test_a_broken_folder_is_one_line(tmp_path: Path, name: str, content: str, to
     path = write_sample_study(tmp_path / "broken", designs=())
     (path / name).write_text(content)
     with pytest.raises(InputError) as caught:
-        write_pdf(path)
+        write_pdf(read_study(path), path)
     assert name in str(caught.value)
     assert told in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -241,4 +251,17 @@ def test_a_study_of_few_configurations_has_no_nearly_empty_page(count: int, page
         writer = csv.DictWriter(stream, fieldnames=list(rows[0]))
         writer.writeheader()
         writer.writerows(shown)
-    assert len(re.findall(rb"/Type */Page\b", write_pdf(path).read_bytes())) == pages
+    assert len(re.findall(rb"/Type */Page\b", write_pdf(read_study(path), path).read_bytes())) == pages
+
+
+def test_a_new_panel_is_one_entry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    panel = ReportFigure(
+        "baseline", PAGE_PANEL, (82.0, 52.0), lambda design, width, height: Drawing(SQUARE), lambda design: "Baseline"
+    )
+    monkeypatch.setattr(registry, "DESIGN_FIGURES", (*registry.DESIGN_FIGURES, panel))
+    study = read_study(write_sample_study(tmp_path / "panel", designs=(prototype(), two_direct_mirrors())))
+    text = source(study, {})
+    for _, design in study.best():
+        assert f'panel([Baseline], image("figures/baseline-{design.configuration}.svg"))' in text
+    write_pdf(study, tmp_path)
+    assert len(list((tmp_path / "figures").glob("baseline-*.svg"))) == 2

@@ -18,15 +18,15 @@ from matplotlib.transforms import Bbox
 from sample_study import crowd, prototype, two_direct_mirrors, write_sample_study
 
 from designer.design import Design
-from designer.report.document import PANEL_MM, PANELS
 from designer.report.figures.cross_section import draw_cross_section
 from designer.report.figures.depth_error import draw_depth_error
 from designer.report.figures.depth_map import IMAGE_CIRCLE_PX, coarsened, draw_depth_map
 from designer.report.figures.image_layout import draw_image_layout
+from designer.report.figures.registry import DESIGN_FIGURES, PAGE_PANEL, PANEL_MM
 from designer.report.figures.resolution import draw_resolution
 from designer.report.figures.style import MM_PER_INCH, report_style, svg_bytes
-from designer.report.figures.trade import compress_ranks, draw_fronts, draw_trade
-from designer.study.results import read_folder
+from designer.report.figures.trade import compress_ranks, draw_pareto_fronts, draw_trade
+from designer.study.folder import read_study
 
 DESIGNS = {
     "folded": prototype(),
@@ -89,7 +89,12 @@ def written(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, Bbox]]:
 
 def assert_written_inside(figure: Figure, written: list[tuple[str, Bbox]]) -> None:
     svg_bytes(figure)
-    width, height = figure.get_size_inches() * 72.0
+    width, height = figure.get_size_inches() * MM_PER_INCH
+    assert_inside(written, (width, height))
+
+
+def assert_inside(written: list[tuple[str, Bbox]], size_mm: tuple[float, float]) -> None:
+    width, height = (side / MM_PER_INCH * 72.0 for side in size_mm)
     outside = [
         text for text, box in written if min(box.x0, box.y0) < -0.5 or box.x1 > width + 0.5 or box.y1 > height + 0.5
     ]
@@ -100,8 +105,10 @@ def assert_written_inside(figure: Figure, written: list[tuple[str, Bbox]]) -> No
 @pytest.mark.parametrize("design", DESIGNS.values(), ids=DESIGNS.keys())
 def test_every_text_of_a_written_figure_lies_inside_it(design: Design, written: list[tuple[str, Bbox]]) -> None:
     with report_style():
-        for draw in PANELS.values():
-            assert_written_inside(draw(design, *PANEL_MM), written)
+        for figure in DESIGN_FIGURES:
+            if figure.place == PAGE_PANEL:
+                figure.drawn(design)
+                assert_inside(written, figure.size_mm)
         for size in ((170.0, 102.0), (97.0, 80.0), (97.0, 59.0)):
             assert_written_inside(draw_cross_section(design, *size).figure, written)
 
@@ -132,7 +139,7 @@ def test_a_cross_section_is_drawn_to_the_scale_it_names() -> None:
 
 @pytest.mark.parametrize("swept", ["height_mm", "diameter_mm"])
 def test_near_ties_are_labelled_apart_and_every_rank_once(tmp_path: Path, swept: str) -> None:
-    study = read_folder(write_sample_study(tmp_path / "crowd", designs=crowd()))
+    study = read_study(write_sample_study(tmp_path / "crowd", designs=crowd()))
     with report_style():
         plot = draw_trade(study.feasible, swept, 140.0, 165.0, 92.0)
     assert_inside_canvas(plot.figure)
@@ -147,10 +154,10 @@ def test_near_ties_are_labelled_apart_and_every_rank_once(tmp_path: Path, swept:
 
 
 def test_fronts_stay_on_the_paper(tmp_path: Path) -> None:
-    study = read_folder(write_sample_study(tmp_path / "fronts", designs=crowd(8)))
+    study = read_study(write_sample_study(tmp_path / "fronts", designs=crowd(8)))
     ranks = {row.configuration: row.rank or 0 for row in study.feasible}
     with report_style():
-        assert_inside_canvas(draw_fronts(study.fronts, ranks, "height_mm", 140.0, 165.0, 84.0))
+        assert_inside_canvas(draw_pareto_fronts(study.pareto, ranks, "height_mm", 140.0, 165.0, 84.0))
 
 
 def test_ranks_are_written_short() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,19 @@ def mortal(folder: Path, deaths: Mapping[str, int], name_of: Callable[..., str],
         (place / str(died)).touch()
         os.kill(os.getpid(), signal.SIGKILL)
     return function(*arguments)
+
+
+def slow_then_mortal(folder: Path, number: int) -> int:
+    """Number 0 dies always; another is still at work when 0 dies first, dies of itself next, and succeeds at last."""
+    if number == 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+    marks = len(list(folder.iterdir()))
+    (folder / str(marks)).touch()
+    if marks == 0:
+        time.sleep(60.0)
+    if marks == 1:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
 
 
 def raising(

@@ -5,10 +5,12 @@ from __future__ import annotations
 import csv
 import json
 import math
+import shutil
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from designer.configurations import enumerate_configurations
@@ -17,13 +19,14 @@ from designer.evaluate.depth import Volume
 from designer.evaluate.fabrication import overall_diameter_mm, overall_height_mm
 from designer.evaluate.limit import ImageBounds, arrangement_of, depth_error_limit
 from designer.evaluate.score import evaluate_design
-from designer.report.document import PANELS
 from designer.requirement import read_requirement, set_key
-from designer.study.outputs import FIGURE_PREFIXES
+from designer.study.folder import read_study, write_report, write_study
 from designer.study.progress import Progress
 from designer.study.record import least_limit_of
-from designer.study.run import Study, run_study
-from designer.study.task import FRONT_POINTS
+from designer.study.row import frame_of
+from designer.study.run import run_study
+from designer.study.study import Study
+from designer.study.task import PARETO_POINTS
 from designer.verify.judge import judge
 from support.shipped_problems import shipped_requirement
 
@@ -137,10 +140,10 @@ def test_a_written_design_measures_what_it_says(study):
         assert judge(design).passed
         assert overall_height_mm(design) == pytest.approx(design.height_mm, abs=1e-6)
         assert overall_diameter_mm(design) == pytest.approx(design.diameter_mm, abs=1e-6)
-        score = evaluate_design(design)
-        assert score["depth_error_rms"] == pytest.approx(design.score["depth_error_rms"], rel=1e-12)
-        assert score["limit_ratio"] == pytest.approx(design.score["limit_ratio"], rel=1e-12)
-        assert score["limit_ratio"] >= 1.0 - 1e-9
+        score = evaluate_design(design).depth
+        assert score.depth_error_rms == pytest.approx(design.score["depth_error_rms"], rel=1e-12)
+        assert score.limit_ratio == pytest.approx(design.score["limit_ratio"], rel=1e-12)
+        assert score.limit_ratio >= 1.0 - 1e-9
 
 
 def test_the_folder_says_what_was_asked_and_where_it_comes_from(study):
@@ -176,10 +179,10 @@ def test_the_least_limit_is_that_of_the_best_baseline_and_focal_length_allowed(b
         ImageBounds(requirement.camera.image_radius_mm, requirement.manufacture.zone_gap_px * pitch),
         requirement.noise_px * pitch,
     )
-    assert found["depth_error_rms"] == pytest.approx(limits.min(), rel=1e-9)
+    assert found.depth_error_rms == pytest.approx(limits.min(), rel=1e-9)
     where = np.unravel_index(limits.argmin(), limits.shape)
-    assert found["baseline_mm"] == pytest.approx(baselines[where])
-    assert found["focal_length_mm"] == pytest.approx(distances[where])
+    assert found.baseline_mm == pytest.approx(baselines[where])
+    assert found.principal_distance_mm == pytest.approx(distances[where])
 
 
 def test_a_design_tells_the_least_limit(study):
@@ -207,8 +210,8 @@ def assert_fronts_fall(folder: Path) -> None:
     fronts = fronts_of(folder)
     assert {swept for _, swept in fronts} == {"height_mm", "diameter_mm"}
     for (_, swept), points in fronts.items():
-        assert len(points) == FRONT_POINTS
-        assert len({row["limit_mm"] for row in points}) == FRONT_POINTS
+        assert len(points) == PARETO_POINTS
+        assert len({row["limit_mm"] for row in points}) == PARETO_POINTS
         for row in points:
             assert row["status"] == "feasible"
             assert float(row[swept]) <= float(row["limit_mm"]) * (1.0 + 1e-5)
@@ -230,8 +233,8 @@ def test_fronts_are_of_depth_error_whatever_is_minimised_first(study, tmp_path):
     found = run_study(lowest, tmp_path, only=(name,))
     assert_fronts_fall(tmp_path)
     heights, asked = fronts_of(tmp_path)[name, "height_mm"], fronts_of(folder)[name, "height_mm"]
-    (first,) = [result.first for result in found.results]
-    assert float(heights[0]["height_mm"]) == pytest.approx(first.goals["height"], rel=1e-5)
+    (row,) = found.rows
+    assert float(heights[0]["height_mm"]) == pytest.approx(row.number("first_stage_height_mm"), rel=1e-5)
     assert float(heights[-1]["depth_error_rms"]) == pytest.approx(float(asked[-1]["depth_error_rms"]), rel=0.05)
 
 
@@ -266,9 +269,35 @@ def test_no_report_and_no_figure_of_an_older_study_stays(study, tmp_path):
     assert foreign.exists()
 
 
-def test_the_names_of_the_reports_figures_are_known_to_the_study():
-    """A figure whose name the study does not know would outlive its report."""
-    assert all(f"{panel}-x.svg".startswith(FIGURE_PREFIXES) for panel in PANELS)
+def test_figures_that_a_report_listed_go_with_it_and_no_others(study, tmp_path):
+    outcome, _, _ = study
+    write_report(tmp_path, b"%PDF-", {"new-kind.svg": b"<svg/>", "trade-height.svg": b"<svg/>"})
+    foreign = tmp_path / "figures" / "trade-mine.svg"
+    foreign.write_text("mine", encoding="utf-8")
+    write_study(outcome, tmp_path)
+    assert [path.name for path in (tmp_path / "figures").iterdir()] == [foreign.name]
+
+
+def test_what_was_written_is_read_back_as_it_was_found(study):
+    outcome, folder, _ = study
+    back = read_study(folder)
+    assert back.rows == outcome.rows
+    assert back.pareto == outcome.pareto
+    assert back.provenance == outcome.provenance
+    assert list(back.designs) == list(outcome.designs)
+    assert [design.model_dump(mode="json") for design in back.designs.values()] == [
+        design.model_dump(mode="json") for design in outcome.designs.values()
+    ]
+
+
+def test_a_folder_of_version_0_1_is_understood(study, tmp_path):
+    """Its columns of the principal distance had other names."""
+    outcome, folder, _ = study
+    shutil.copytree(folder, tmp_path / "old")
+    table = tmp_path / "old" / "designs.csv"
+    table.write_text(table.read_text(encoding="utf-8").replace("principal_distance_mm", "focal_length_mm"))
+    assert "principal" not in table.read_text(encoding="utf-8").splitlines()[0]
+    pd.testing.assert_frame_equal(frame_of(read_study(tmp_path / "old").rows), frame_of(outcome.rows))
 
 
 @pytest.mark.slow

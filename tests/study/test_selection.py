@@ -55,7 +55,7 @@ def test_a_name_without_a_configuration_is_refused_in_one_line(pattern, advice, 
 
 def test_the_folder_says_which_configurations_were_studied(asked, tmp_path):
     study = run_study(asked, tmp_path, only=("direct-ElEl-*",))
-    names = [result.configuration.name for result in study.results]
+    names = [row.configuration for row in study.rows]
     assert names == ["direct-ElEl-upper_outer", "direct-ElEl-upper_inner"]
     assert read_requirement(tmp_path / "requirement.toml") == study.requirement
     assert list(study.requirement.solve.configurations) == names

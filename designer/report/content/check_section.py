@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from designer.design import Design
 from designer.report.content.tables import percent
-from designer.report.figures.check import slab_of
+from designer.report.figures.registry import CHECK_BOTTOM, CHECK_TOP, CHECK_WIDE, check_figures
 from designer.report.figures.style import length_unit
 from designer.report.typst.markup import DASH, call, cells, literal, number, text, typographic
-from designer.study.checked import CheckedDesign
-from designer.study.results import Row
+from designer.study.checked import CheckedBand, CheckedDesign, CheckedNoise, CheckVerdict
+from designer.study.row import Row
 
 
 def check_heading(definition: str) -> str:
@@ -37,55 +34,61 @@ def unchecked_line(row: Row, reason: str) -> str:
 def check_page(row: Row, checked: CheckedDesign) -> str:
     """One page for one checked design."""
     configuration = row.configuration
-    verdict = checked.verdict
     word, colour = ("passes", 'rgb("#009E73")') if checked.passed else ("fails", 'rgb("#D55E00")')
-    found = sum(band["judged"] for band in verdict["bands"])
-    passed = sum(band["judged"] and not band["problems"] for band in verdict["bands"])
-    summary = (
-        f" {passed} of {found} bands of distance. Scene: {verdict['scene']}, {verdict['texture']} texture. "
-        f"Noise of an image point in each view, measured on the calibration scene: "
-        f"{_noise(verdict['noise_px'])}."
-    )
-    raw, maps, plan, errors = (figure_name(kind, configuration) for kind in ("raw", "maps", "plan", "errors"))
     lines = [
         f"== Rank {row.rank}: #name-of({literal(configuration)}) #h(1fr) #text(fill: {colour}, {literal(word)})",
-        text(summary.strip()),
+        text(_summary(checked.verdict)),
         "#v(1mm)",
-        "#grid(columns: (82mm, 1fr), column-gutter: 4mm,",
-        f"  panel([Raw image], align(center)[#v(1.5mm)#image({literal(raw)}, width: 50mm)]),",
-        f"  panel([{_plan_title(checked.design)}], image({literal(plan)})),",
-        ")",
-        f"#image({literal(maps)})",
-        "#grid(columns: (92mm, 1fr), column-gutter: 3mm,",
-        f"  panel([Measured against predicted error], image({literal(errors)})),",
-        f"  panel([Bands of distance], [#v(2mm){_bands(checked)}]),",
-        ")",
+        *_grid("82mm", "4mm", _panels(CHECK_TOP, configuration, checked)),
+        *(f"#image({literal('figures/' + figure.file(configuration))})" for figure in check_figures(CHECK_WIDE)),
+        *_grid(
+            "92mm",
+            "3mm",
+            [*_panels(CHECK_BOTTOM, configuration, checked), f"panel([Bands of distance], [#v(2mm){_bands(checked)}])"],
+        ),
     ]
     return "\n".join(lines)
 
 
-def figure_name(kind: str, configuration: str) -> str:
-    """Path of a check's figure in the report."""
-    return f"figures/check-{kind}-{configuration}.svg"
+def _summary(verdict: CheckVerdict) -> str:
+    judged = sum(band.judged for band in verdict.bands)
+    passed = sum(band.passes for band in verdict.bands)
+    return (
+        f"{passed} of {judged} bands of distance. Scene: {verdict.scene}, {verdict.texture} texture. "
+        f"Noise of an image point in each view, measured on the calibration scene: {_noise(verdict.noise_px)}."
+    )
 
 
-def _plan_title(design: Design) -> str:
-    middle = design.views.middle_mm
-    low, high = (height - middle for height in slab_of(design))
-    return f"Floor plan, {number(low, 0)} to {number(high, 0)} mm"
+def _grid(first: str, gutter: str, panels: list[str]) -> list[str]:
+    """Panels in two columns, the first of a given width."""
+    return [
+        f"#grid(columns: ({first}, 1fr), column-gutter: {gutter},",
+        *(f"  {panel}," for panel in panels),
+        ")",
+    ]
 
 
-def _noise(noise_px: object) -> str:
+def _panels(place: str, configuration: str, checked: CheckedDesign) -> list[str]:
+    panels = []
+    for figure in check_figures(place):
+        image = f"image({literal('figures/' + figure.file(configuration))}"
+        is_set = figure.set_to_mm is not None
+        shown = f"align(center)[#v(1.5mm)#{image}, width: {figure.set_to_mm:g}mm)]" if is_set else f"{image})"
+        panels.append(f"panel([{figure.title(checked)}], {shown})")
+    return panels
+
+
+def _noise(noise: CheckedNoise) -> str:
     """The noise in words; a dash where the check found none."""
-    if not isinstance(noise_px, dict) or noise_px.get("median") is None:
+    if noise.median is None:
         return DASH
-    median, least, largest = (number(noise_px.get(name), 3) for name in ("median", "least", "largest"))
+    median, least, largest = (number(value, 3) for value in (noise.median, noise.least, noise.largest))
     return f"{median} px ({least} to {largest} over elevations and distances)"
 
 
 def _bands(checked: CheckedDesign) -> str:
     unit_mm, unit = length_unit(checked.design.working_volume.distance_mm[1])
-    rows = [_band(band, unit_mm) for band in checked.verdict["bands"]]
+    rows = [_band(band, unit_mm) for band in checked.verdict.bands]
     header = f"([distance\\ ({unit})], [kept\\ (%)], [bias\\ (%)], [rms over\\ predicted], [verdict])"
     return call(
         "ruled",
@@ -98,14 +101,14 @@ def _bands(checked: CheckedDesign) -> str:
     )
 
 
-def _band(band: dict[str, Any], unit_mm: float) -> list[str]:
-    low, high = (number(end / unit_mm, 2 if unit_mm > 1 else 0) for end in band["distance_mm"])
-    if not band["judged"]:
+def _band(band: CheckedBand, unit_mm: float) -> list[str]:
+    low, high = (number(end / unit_mm, 2 if unit_mm > 1 else 0) for end in band.distance_mm)
+    if not band.judged:
         return [f"{low} to {high}", "", "", "", "too few pixels"]
     return [
         f"{low} to {high}",
-        percent(band["kept"], 1),
-        f"{percent(band['bias'], 2)} (±{percent(band['bias_bound'], 2)})",
-        number(band["error_ratio"], 2),
-        ", ".join(band["problems"]) or "pass",
+        percent(band.kept, 1),
+        f"{percent(band.bias, 2)} (±{percent(band.bias_bound, 2)})",
+        number(band.error_ratio, 2),
+        ", ".join(band.problems) or "pass",
     ]

@@ -6,7 +6,7 @@ from designer.design import Design
 from designer.evaluate.resolution import smallest_object
 from designer.report.content.tables import percent, percent_decimals
 from designer.report.typst.markup import DASH, number, plain_number, typographic
-from designer.study.results import Row
+from designer.study.row import Row
 
 Groups = list[tuple[str, list[tuple[str, str]]]]
 
@@ -18,7 +18,7 @@ def design_groups(row: Row, design: Design) -> Groups:
 
 
 def winner_groups(row: Row, design: Design) -> Groups:
-    """How well a design does and what it sees; the verdict has already told its size."""
+    """How well a design does and what it sees; its size stands in the verdict."""
     return [
         ("Performance", [*_performance_facts(row), *_smallest_object_facts(design)]),
         ("Views", _view_facts(design)),
@@ -59,8 +59,10 @@ def _least_limit_words(row: Row) -> str:
     """The least limit and where it lies; a dash, which is left out, where it is the design's own."""
     if row.least_limit is None:
         return DASH
-    baseline, focal_length = (row.number(f"least_limit_{key}") for key in ("baseline_mm", "focal_length_mm"))
-    return f"{percent(row.least_limit)} %, at b = {number(baseline, 1)} and f = {number(focal_length, 2)} mm"
+    baseline, principal_distance = (
+        row.number(f"least_limit_{key}") for key in ("baseline_mm", "principal_distance_mm")
+    )
+    return f"{percent(row.least_limit)} %, at b = {number(baseline, 1)} and f = {number(principal_distance, 2)} mm"
 
 
 def _second_order_words(row: Row) -> str:
@@ -83,7 +85,7 @@ def _size_facts(row: Row) -> list[tuple[str, str]]:
         ("volume", f"{number(row.number('volume_cm3'), 0)} cm³"),
         ("widest mirror", f"{number(row.number('largest_mirror_diameter_mm'), 2)} mm"),
         ("steepest slope", f"{number(row.number('largest_slope_deg'), 1)}°"),
-        ("principal distance", f"{number(row.number('focal_length_mm'), 3)} mm"),
+        ("principal distance", f"{number(row.number('principal_distance_mm'), 3)} mm"),
         ("lens", row.text("lens")),
         ("variant", typographic(row.text("variant"))),
         ("least clearance", f"{number(row.number('smallest_clearance_mm'), 3)} mm{where}"),

@@ -4,27 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
-from designer.report.content.sections import Illustrations, source
+from designer.report.content.sections import Drawings, source
 from designer.report.typst.glyphs import ELLIPSIS, missing_characters, without_characters
-from designer.study.results import StudyFolder
+from designer.study.study import Study
 
 
-def legible_source(study: StudyFolder, illustrations: Illustrations) -> tuple[str, str]:
+def legible_source(study: Study, drawings: Drawings) -> tuple[str, str]:
     """The report as Typst source, and a sentence on what could not be printed (empty if everything could).
 
     The fonts that come with the typesetting have Latin, Greek, Cyrillic and some other scripts, but not Chinese,
     Japanese or Korean; fonts of the machine are not used, since the report would then differ from one to another.
     """
-    whole = source(study, illustrations)
+    whole = source(study, drawings)
     missing = missing_characters(whole)
     if not missing:
         return whole, ""
-    keys = [key for key, value in _texts(study.requirement) if missing & set(value)]
+    keys = [key for key, value in _texts(study.requirement.model_dump()) if missing & set(value)]
     shown = study
     if missing & set(study.title):
-        shown = replace(study, requirement={**study.requirement, "title": study.name})
+        shown = replace(study, requirement=study.requirement.model_copy(update={"title": study.name}))
     named = f" of {' and '.join(filter(None, (', '.join(keys[:-1]), keys[-1])))}" if keys else ""
     instead = ["the study's name stands in place of the title"] if shown is not study else []
     if keys != ["title"]:
@@ -32,10 +31,10 @@ def legible_source(study: StudyFolder, illustrations: Illustrations) -> tuple[st
     note = (
         f"The fonts of the report lack characters{named}: {', '.join(instead)}; requirement.toml has them as written."
     )
-    return without_characters(source(shown, illustrations, note), missing), note
+    return without_characters(source(shown, drawings, note), missing), note
 
 
-def _texts(content: Any, key: str = "") -> Iterator[tuple[str, str]]:
+def _texts(content: object, key: str = "") -> Iterator[tuple[str, str]]:
     """Every string of a requirement with its dotted key."""
     if isinstance(content, str):
         yield key, content

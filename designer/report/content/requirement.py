@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterable
 from typing import Any
 
 from designer.report.typst.markup import literal, plain_number, value_range
+from designer.requirement import Requirement, requirement_to_toml
 
 Facts = list[tuple[str, str]]
 
 
-def requirement_groups(requirement: dict[str, Any]) -> list[tuple[str, Facts]]:
-    """What was asked, as groups of (name, value); keys that a requirement leaves out are left out."""
+def requirement_groups(asked: Requirement) -> list[tuple[str, Facts]]:
+    """What was asked, as groups of (name, value), from the requirement as its file holds it."""
+    requirement = tomllib.loads(requirement_to_toml(asked))
     volume, envelope = requirement.get("working_volume", {}), requirement.get("envelope", {})
     camera, manufacture = requirement.get("camera", {}), requirement.get("manufacture", {})
     task = [

@@ -1,13 +1,14 @@
-"""The report's sections as Typst source, made from a study folder and the figures drawn of it."""
+"""The report's sections as Typst source, made from a study and the figures drawn of it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Iterable, Mapping
+
+from pydantic import JsonValue
 
 from designer.design import Design
 from designer.evaluate.depth import FIRST_ORDER_BOUND
+from designer.evaluate.score import recorded_fabrication_notes
 from designer.report.content.check_section import check_heading, check_page, unchecked_line
 from designer.report.content.design_facts import design_groups, winner_groups
 from designer.report.content.requirement import facts_argument, requirement_groups
@@ -20,8 +21,19 @@ from designer.report.content.tables import (
 )
 from designer.report.content.verdict import configuration_in_words, verdict
 from designer.report.figures.depth_map import IMAGE_CIRCLE_PX
+from designer.report.figures.registry import (
+    PAGE_DRAWING,
+    PAGE_PANEL,
+    TRADE,
+    WINNER_DRAWING,
+    WINNER_PANEL,
+    Drawing,
+    design_figures,
+    study_figures,
+)
 from designer.report.typst.markup import call, cells, literal, number, plain_number, text, typographic
-from designer.study.results import Row, StudyFolder
+from designer.study.row import Row
+from designer.study.study import Study
 
 FIRST_ORDER_WORDS = f"{100 * FIRST_ORDER_BOUND:g} %"
 
@@ -29,16 +41,11 @@ PAPER_STUDY = "indoor_robot"
 """The requirement taken from the paper's prototype, which is then shown beside the paper's numbers."""
 
 
-@dataclass(frozen=True, slots=True)
-class Illustrations:
-    """The figures: SVG bytes by file name, the drawings' reductions, and the keys of the trade plots' letters."""
-
-    files: dict[str, bytes] = field(default_factory=dict)
-    scales: dict[str, float] = field(default_factory=dict)
-    keys: dict[str, dict[str, str]] = field(default_factory=dict)
+Drawings = Mapping[str, Drawing]
+"""The figures by the names of their files."""
 
 
-def source(study: StudyFolder, illustrations: Illustrations, note: str = "") -> str:
+def source(study: Study, drawings: Drawings, note: str = "") -> str:
     """The whole report as Typst source; it includes style.typ, method.typ and figures/*.svg.
 
     A note is printed below the title.
@@ -46,13 +53,13 @@ def source(study: StudyFolder, illustrations: Illustrations, note: str = "") -> 
     parts = [
         '#import "style.typ": *\n',
         f"#show: report.with(study: {literal(study.name)}, title: {literal(study.title)})\n",
-        front(study, note),
+        title_page(study, note),
         paper(study),
-        winner(study, illustrations) if study.feasible else nothing_feasible(study),
+        winner(study, drawings) if study.feasible else nothing_feasible(study),
         ranking_section(study),
-        trade(illustrations),
+        trade(study, drawings),
         best_heading() if study.feasible else "",
-        "\n#pagebreak(weak: true)\n".join(design_page(row, design, illustrations) for row, design in study.best()),
+        "\n#pagebreak(weak: true)\n".join(design_page(row, design, drawings) for row, design in study.best()),
         checks(study),
         "#pagebreak(weak: true)\n" if study.feasible else "",
         '#include "method.typ"\n',
@@ -62,9 +69,9 @@ def source(study: StudyFolder, illustrations: Illustrations, note: str = "") -> 
     return "\n".join(parts)
 
 
-def front(study: StudyFolder, note: str = "") -> str:
+def title_page(study: Study, note: str = "") -> str:
     """Title, verdict and requirement."""
-    description = str(study.requirement.get("description") or "")
+    description = study.requirement.description
     lines = [
         f'#align(center, block(below: 1.2em, text(size: 19pt, weight: "bold", {literal(study.title)})))',
         f"#align(center, block(width: 88%, emph({literal(' '.join(description.split()))})))" if description else "",
@@ -77,7 +84,7 @@ def front(study: StudyFolder, note: str = "") -> str:
     return "\n".join(lines)
 
 
-def requirement_table(study: StudyFolder) -> str:
+def requirement_table(study: Study) -> str:
     """The requirement in two columns of about equal length."""
     groups = requirement_groups(study.requirement)
     lengths = [1.2 + len(facts) for _, facts in groups]
@@ -86,12 +93,12 @@ def requirement_table(study: StudyFolder) -> str:
     return "#grid(columns: (1fr, 1fr), column-gutter: 6mm, " + ", ".join(f"[{half}]" for half in halves) + ")"
 
 
-def winner(study: StudyFolder, illustrations: Illustrations) -> str:
+def winner(study: Study, drawings: Drawings) -> str:
     """The winner's cross-section, prescription and image layout."""
     (row, design), *_ = study.best(1)
-    name = f"cross-section-winner-{design.configuration}.svg"
+    name, panels = _file(WINNER_DRAWING, design), _design_panels(WINNER_PANEL, design)
     caption = (
-        f"The winner, #name-of({literal(design.configuration)}), {text(_scale_words(illustrations, name))} "
+        f"The winner, #name-of({literal(design.configuration)}), {text(_scale_words(drawings, name))} "
         "Lengths in mm. Solid blue: the upper view (right); dashed red: the lower view (left); each at five elevations "
         "of its asked range, the ends drawn thick. Dotted lines lead back to the effective viewpoints $F_u$ and $F_l$; "
         "$O$ is the camera's pinhole, and the numbers are those of the prescription. Grey: substrates, lens and camera."
@@ -104,7 +111,7 @@ def winner(study: StudyFolder, illustrations: Illustrations) -> str:
         f"#figure(image({literal('figures/' + name)}), caption: [{caption}])",
         f"#figure({_as_argument(prescription(design))}, caption: [{PRESCRIPTION_CAPTION}])",
         "#grid(columns: (96mm, 1fr), column-gutter: 5mm,",
-        f"  panel([Image layout], image({literal('figures/' + _layout_name(design, large=True))})),",
+        *(f"  {panel}," for panel in panels),
         f"  [{call('facts', facts_argument(winner_groups(row, design)), size='7.8pt')}],",
         ")",
     ]
@@ -117,7 +124,7 @@ PRESCRIPTION_CAPTION = (
 )
 
 
-def nothing_feasible(study: StudyFolder) -> str:
+def nothing_feasible(study: Study) -> str:
     """What came closest, when no design met the requirement."""
     infeasible = study.with_status("infeasible")
     if not any(row.text("closest_constraint") for row in infeasible):
@@ -133,20 +140,20 @@ def nothing_feasible(study: StudyFolder) -> str:
     return "\n\n".join(lines)
 
 
-def paper(study: StudyFolder) -> str:
+def paper(study: Study) -> str:
     """The paper's prototype beside our design of its configuration, for the requirement made from it."""
     row = study.row(PAPER_CONFIGURATION)
     if study.name != PAPER_STUDY or row is None:
         return ""
     title = literal("The paper's prototype (Jang, Kim and Kweon, 2005) beside this study's design")
     if row.status != "feasible":
-        told = text(f"{PAPER_CONFIGURATION} is {row.status} here: {typographic(row.reason)}")
-        return f"#boxed({title})[{told}]\n"
+        outcome = text(f"{PAPER_CONFIGURATION} is {row.status} here: {typographic(row.reason)}")
+        return f"#boxed({title})[{outcome}]\n"
     intro = text(f"Configuration {PAPER_CONFIGURATION}, figure 4 (c) of the paper; rank {row.rank} here.")
     return f"#boxed({title})[{intro}\n{paper_comparison(study.designs[PAPER_CONFIGURATION], row)}]\n"
 
 
-def ranking_section(study: StudyFolder) -> str:
+def ranking_section(study: Study) -> str:
     """All configurations with status and reason."""
     note = (
         "$sigma_D\\/D$ is the rms relative depth error over the working volume; the limit ratio compares it with the "
@@ -162,27 +169,14 @@ def ranking_section(study: StudyFolder) -> str:
     return f"{opening}= Ranking of all configurations <ranking>\n{note}\n\n{ranking(study.rows)}"
 
 
-def trade(illustrations: Illustrations) -> str:
-    """Depth error against height and diameter: all feasible designs, and the fronts of the best; no more than drawn."""
+def trade(study: Study, drawings: Drawings) -> str:
+    """Depth error against height and diameter: all feasible designs, and the Pareto fronts of the best ones."""
     lines = []
-    for word in ("height", "diameter"):
-        name = f"trade-{word}.svg"
-        if name in illustrations.files:
-            key = "; ".join(f"{letter}: {ranks}" for letter, ranks in illustrations.keys.get(name, {}).items())
-            caption = f"Depth error against {word}, each feasible design by its rank (@ranking)."
-            caption += text(f" Near-ties: {key}.") if key else ""
-            lines.append(_figure(name, caption))
-    reading = (
-        "everything else as required. Each line ends at the smallest design found. Errors above "
-        "twice the least lie off the plot."
-    )
-    for word in ("height", "diameter"):
-        name = f"fronts-{word}.svg"
-        if name in illustrations.files:
-            lines.append(
-                _figure(name, f"The least depth error of the best designs as the {word} allowed shrinks, {reading}")
-            )
-            reading = "everything else as required."
+    for figure in study_figures(TRADE):
+        if figure.file() in drawings:
+            letters = drawings[figure.file()].letters
+            key = "; ".join(f"{letter}: {ranks}" for letter, ranks in letters.items())
+            lines.append(_figure(figure.file(), figure.title(study) + (text(f" Near-ties: {key}.") if key else "")))
     return "\n".join(["= Trade-offs <trade>", *lines]) if lines else ""
 
 
@@ -191,9 +185,9 @@ def _figure(name: str, caption: str) -> str:
 
 
 def best_heading() -> str:
-    """Opens the section of the best designs, on the page of the first; how to read them is told where there is room."""
-    told = '#text(size: 8.5pt, weight: "regular")[how to read these pages: @reading]'
-    return f"#pagebreak(weak: true)\n= The best designs #h(1fr) {told} <best>\n"
+    """Opens the section of the best designs, on the page of the first; how to read them stands where there is room."""
+    pointer = '#text(size: 8.5pt, weight: "regular")[how to read these pages: @reading]'
+    return f"#pagebreak(weak: true)\n= The best designs #h(1fr) {pointer} <best>\n"
 
 
 def reading() -> str:
@@ -209,33 +203,28 @@ def reading() -> str:
     )
 
 
-def checks(study: StudyFolder) -> str:
+def checks(study: Study) -> str:
     """The end-to-end checks, a page each; nothing if none was tried."""
     checked, broken = study.checks(), study.not_checked()
     if not checked and not broken:
         return ""
-    definition = str(checked[0][1].verdict["definition"]) if checked else ""
+    definition = checked[0][1].verdict.definition if checked else ""
     lines = [check_heading(definition), *(unchecked_line(row, reason) for row, reason in broken)]
     pages = [check_page(row, check) for row, check in checked]
     return "\n".join(lines) + "\n" + "\n#pagebreak()\n".join(pages)
 
 
-def design_page(row: Row, design: Design, illustrations: Illustrations) -> str:
+def design_page(row: Row, design: Design, drawings: Drawings) -> str:
     """One page for one of the best designs."""
     configuration = design.configuration
-    section = f"cross-section-{configuration}.svg"
-    scale = literal(_scale_words(illustrations, section))
-    panels = [
-        ("Image layout", _layout_name(design)),
-        ("Angular resolution", f"resolution-{configuration}.svg"),
-        ("Depth resolution", f"depth-resolution-{configuration}.svg"),
-        ("Depth error against distance", f"depth-error-{configuration}.svg"),
-    ]
-    grid = ",\n  ".join(f"panel([{title}], image({literal('figures/' + name)}))" for title, name in panels)
+    section = _file(PAGE_DRAWING, design)
+    scale = literal(_scale_words(drawings, section))
+    grid = ",\n  ".join(_design_panels(PAGE_PANEL, design))
     lines = [
         f"== Rank {row.rank}: #name-of({literal(configuration)})",
         "#grid(columns: (97mm, 1fr), column-gutter: 4mm,",
-        f"  [#image({literal('figures/' + section)})#align(center)[#text(size: 8pt, {scale})]\n{remarks(design)}],",
+        f"  [#image({literal('figures/' + section)})#align(center)[#text(size: 8pt, {scale})]",
+        f"{fabrication_notes(design)}],",
         f"  [{call('facts', facts_argument(design_groups(row, design)), size='7.6pt')}],",
         ")",
         prescription(design),
@@ -244,20 +233,20 @@ def design_page(row: Row, design: Design, illustrations: Illustrations) -> str:
     return "\n".join(lines)
 
 
-def remarks(design: Design) -> str:
+def fabrication_notes(design: Design) -> str:
     """What to look at before ordering the design's mirrors; nothing if there is nothing."""
-    told = design.score.get("remarks")
-    if not isinstance(told, list) or not told:
+    notes = recorded_fabrication_notes(design)
+    if not notes:
         return ""
-    items = ", ".join(f"[{text(typographic(_sentence(str(remark))))}]" for remark in told)
-    return f"#remarks({items})\n"
+    items = ", ".join(f"[{text(typographic(_sentence(note)))}]" for note in notes)
+    return f"#fabrication-notes({items})\n"
 
 
 def _sentence(words: str) -> str:
     return f"{words[:1].upper()}{words[1:]}."
 
 
-def provenance(study: StudyFolder) -> str:
+def provenance(study: Study) -> str:
     """How the study was made: versions, seed, command, times, machine, solver options."""
     rows = list(_flattened(study.provenance))
     if not rows:
@@ -272,14 +261,18 @@ def provenance(study: StudyFolder) -> str:
     return f"= Provenance <provenance>\n{table}"
 
 
-def _flattened(content: dict[str, Any], prefix: str = "") -> Iterable[tuple[str, str]]:
+def _flattened(content: Mapping[str, JsonValue], prefix: str = "") -> Iterable[tuple[str, str]]:
     """Rows of name and value; a table within a table is one row."""
     for key, value in content.items():
         name = f"{prefix}{key}".replace("_", " ")
         if isinstance(value, dict) and not prefix and any(isinstance(entry, dict) for entry in value.values()):
             yield from _flattened(value, f"{name}: ")
         else:
-            yield name, number(value, 1) if key.endswith("seconds") else _in_one_line(value)
+            yield name, _seconds(value) if key.endswith("seconds") else _in_one_line(value)
+
+
+def _seconds(value: JsonValue) -> str:
+    return number(float(value), 1) if isinstance(value, int | float) else _in_one_line(value)
 
 
 def _in_one_line(value: object) -> str:
@@ -290,13 +283,22 @@ def _in_one_line(value: object) -> str:
     return plain_number(value)
 
 
-def _layout_name(design: Design, *, large: bool = False) -> str:
-    return f"image-layout-{'winner-' if large else ''}{design.configuration}.svg"
+def _file(place: str, design: Design) -> str:
+    """The file of the figure that alone has its place."""
+    (figure,) = design_figures(place)
+    return figure.file(design.configuration)
 
 
-def _scale_words(illustrations: Illustrations, name: str) -> str:
-    scale = illustrations.scales.get(name)
-    return "" if scale is None else f"drawn to scale, 1 : {scale:g}."
+def _design_panels(place: str, design: Design) -> list[str]:
+    return [
+        f"panel([{figure.title(design)}], image({literal('figures/' + figure.file(design.configuration))}))"
+        for figure in design_figures(place)
+    ]
+
+
+def _scale_words(drawings: Drawings, name: str) -> str:
+    drawing = drawings.get(name)
+    return "" if drawing is None or drawing.scale is None else f"drawn to scale, 1 : {drawing.scale:g}."
 
 
 def _as_argument(markup: str) -> str:

@@ -1,4 +1,4 @@
-"""``sweep.pdf``: what a sweep found, with maps of which configuration wins where."""
+"""What ``sweep.pdf`` says: what a sweep found, with maps of which configuration wins where."""
 
 from __future__ import annotations
 
@@ -9,51 +9,19 @@ import numpy as np
 import pandas as pd
 
 from designer.evaluate.depth import FIRST_ORDER_BOUND
-from designer.files import InputError, write_atomically
 from designer.goals import GOALS
-from designer.report.figures.style import report_style, svg_bytes
-from designer.report.figures.sweep import (
-    NAMED_COLOURS,
-    draw_heat_map,
-    draw_parallel,
-    draw_pareto,
-    draw_winner_map,
-    letters_of,
-    short,
-)
+from designer.report.figures.sweep import letters_of, short
+from designer.report.figures.sweep_registry import HOW_GOOD, PARETO, SWEEP_FIGURES, WHO_WINS, SweepTables
 from designer.report.typst.glyphs import ELLIPSIS, missing_characters, without_characters
 from designer.report.typst.markup import DASH, call, cells, literal, number, text
-from designer.report.typst.pdf import typeset
 from designer.study.sweep.designs import sensitivities
-from designer.study.sweep.export import axis_columns, pareto, read_sweep_results, requirement_of, winners
+from designer.study.sweep.export import axis_columns, requirement_of
 from designer.study.sweep.store import read_store
 
-WIDTH_MM = 168.0
 LISTED_WINNERS = 15
 # Multipliers are shown for so many winners, spread over the sweep.
 SENSITIVITIES_SHOWN = 10
 SMALLEST_SLOPE_SHOWN = 1e-4
-FRONT_COLUMNS = ("depth_error_rms", "height_mm", "diameter_mm")
-
-
-def write_sweep_pdf(folder: Path) -> Path:
-    """Draw a sweep's figures, typeset its report, and return the path of ``sweep.pdf``.
-
-    Raises
-    ------
-    InputError
-        The folder holds no sweep, or nothing in it is feasible.
-    """
-    table = read_sweep_results(folder)
-    best = winners(table)
-    if best.empty:
-        raise InputError(f"{folder}: nothing is feasible in this sweep, so there is nothing to draw")
-    figures = _draw(table, best)
-    for name, svg in figures.items():
-        write_atomically(folder / "figures" / name, svg)
-    path = folder / "sweep.pdf"
-    write_atomically(path, typeset(legible(source(folder, table, best)), figures))
-    return path
 
 
 def legible(written: str) -> str:
@@ -65,64 +33,27 @@ def legible(written: str) -> str:
     return without_characters(written, missing) + "\n" + text(f" {note}")
 
 
-def _draw(table: pd.DataFrame, best: pd.DataFrame) -> dict[str, bytes]:
-    """Every figure as SVG by its file name."""
-    letters = letters_of(best)
-    axes = [axis for axis in axis_columns(table) if table[axis].nunique() > 1] or axis_columns(table)
-    feasible = table[table["status"] == "feasible"]
-    front = pareto(feasible, FRONT_COLUMNS)
-    shown = best.assign(percent=100.0 * best["depth_error_rms"])
-    with report_style():
-        drawn = {
-            "winners.svg": draw_winner_map(best, table[axes], letters, WIDTH_MM),
-            "depth-error.svg": draw_heat_map(shown, table[axes], "percent", "depth error of the winner (%)", WIDTH_MM),
-            "limit-ratio.svg": draw_heat_map(best, table[axes], "limit_ratio", "depth error / limit", WIDTH_MM),
-            "height.svg": draw_heat_map(best, table[axes], "height_mm", "height of the winner (mm)", WIDTH_MM),
-            "pareto.svg": draw_pareto(feasible, letters, WIDTH_MM),
-            "parallel.svg": draw_parallel(front, axes, letters, WIDTH_MM),
-        }
-        return {name: svg_bytes(figure) for name, figure in drawn.items()}
-
-
-def source(folder: Path, table: pd.DataFrame, best: pd.DataFrame) -> str:
+def source(folder: Path, tables: SweepTables) -> str:
     """The report as Typst source."""
     with read_store(folder) as connection:
         about = dict(connection.execute("SELECT key, value FROM about"))
         planned = connection.execute("SELECT COUNT(*) FROM points").fetchone()[0]
     definition = json.loads(about["definition"])
-    base = requirement_of(folder)
-    letters = letters_of(best)
-    front = pareto(table[table["status"] == "feasible"], FRONT_COLUMNS)
+    base, best = requirement_of(folder), tables.best
     parts = [
         '#import "style.typ": *\n',
         f"#show: report.with(study: {literal(definition['name'])}, title: {literal(definition['title'])}, "
         'kind: "sweep")\n',
         f'#text(size: 18pt, weight: "bold", {literal(definition["title"])})\n',
         text(definition["description"]) + "\n",
-        _summary(table, best, planned),
+        _summary(tables.table, best, planned),
         "= Who wins where\n",
-        _figure(
-            "winners.svg",
-            "Best configuration of each requirement. Letters as in the table; the "
-            f"{len(NAMED_COLOURS)} that win most often are coloured, the rest grey. No cell, or a cross: nothing is "
-            "feasible.",
-        ),
-        _winners_table(best, letters),
+        *_figures(WHO_WINS, tables),
+        _winners_table(best, letters_of(best)),
         "= How good the winner is\n",
-        _figure("depth-error.svg", "Depth error of the best design: root mean square over the working volume."),
-        _figure("limit-ratio.svg", "Its ratio to the closed-form limit at its own baseline and lens."),
-        _figure("height.svg", "Its height."),
+        *_figures(HOW_GOOD, tables),
         "= Fronts over the whole sweep\n",
-        _figure(
-            "pareto.svg",
-            "Every feasible design of the sweep (grey) and the front of depth error against height and diameter, "
-            "with the letter of its configuration where it wins somewhere.",
-        ),
-        _figure(
-            "parallel.svg",
-            f"The {len(front)} designs that no other beats in depth error, height and diameter at once: what was "
-            "asked, and what came of it. Colours as in the map.",
-        ),
+        *_figures(PARETO, tables),
         sensitivity_section(folder, best, base.objective.minimise),
         "= Where it comes from\n",
         text(
@@ -238,5 +169,9 @@ def slope_words(value: float) -> str:
     return DASH if not abs(value) >= SMALLEST_SLOPE_SHOWN else f"{value:+.3g}".replace("-", "−")
 
 
-def _figure(name: str, caption: str) -> str:
-    return f'#figure(image("figures/{name}", width: 100%), caption: [{text(caption)}])\n'
+def _figures(place: str, tables: SweepTables) -> list[str]:
+    return [
+        f'#figure(image("figures/{figure.file}", width: 100%), caption: [{text(figure.caption(tables))}])\n'
+        for figure in SWEEP_FIGURES
+        if figure.place == place
+    ]

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from designer.design import Design
 from designer.evaluate.fabrication import mirror_shape
 from designer.report.typst.markup import DASH, call, cell, cells, literal, number, text, typographic
-from designer.study.results import Row
+from designer.study.row import Row
 
 PAPER_CONFIGURATION = "folded-HyPl-Hy-upper_outer"
 

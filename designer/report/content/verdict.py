@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import Any
 
 from designer.configurations import Configuration, enumerate_configurations, with_article
+from designer.evaluate.score import recorded_fabrication_notes
 from designer.goals import GOALS
 from designer.report.content.requirement import objective_name
 from designer.report.content.tables import percent
 from designer.report.typst.markup import literal, number, plain_number, text, typographic
-from designer.study.results import Row, StudyFolder
+from designer.study.row import Row
+from designer.study.study import Study
 
 
 def configuration_in_words(name: str) -> str:
@@ -32,17 +33,17 @@ def _in_words(configuration: Configuration) -> str:
     )
 
 
-def verdict(study: StudyFolder) -> str:
+def verdict(study: Study) -> str:
     """The verdict as Typst markup: one paragraph."""
     if not study.feasible:
         return _nothing_feasible(study)
     winner = study.feasible[0]
     sentences = [_counts(study), _winner(study, winner), _size(study, winner), _decided(study)]
-    sentences += [_checked(study, winner), _remarks(study, winner), _runners_up(study)]
+    sentences += [_checked(study, winner), _fabrication_notes(study, winner), _runners_up(study)]
     return " ".join(sentence for sentence in sentences if sentence) + "\n"
 
 
-def _counts(study: StudyFolder) -> str:
+def _counts(study: Study) -> str:
     feasible, infeasible, impossible, failed = (
         len(study.with_status(status)) for status in ("feasible", "infeasible", "impossible", "failed")
     )
@@ -51,17 +52,17 @@ def _counts(study: StudyFolder) -> str:
         f"for {infeasible} the search found no feasible design" if infeasible else "",
         f"{failed} failed" if failed else "",
     ]
-    told = "; ".join(other for other in others if other)
+    listed = "; ".join(other for other in others if other)
     if len(study.rows) == 1:
         return text("The one configuration studied is feasible, proven by ray tracing.")
     return text(
         f"Of the {len(study.rows)} configurations {feasible} {_are(feasible)} feasible, proven by ray tracing"
-        + (f"; {told}." if told else ".")
+        + (f"; {listed}." if listed else ".")
     )
 
 
-def _winner(study: StudyFolder, winner: Row) -> str:
-    noise = plain_number(study.requirement.get("noise_px", study.designs[winner.configuration].noise_px))
+def _winner(study: Study, winner: Row) -> str:
+    noise = plain_number(study.requirement.noise_px)
     words = configuration_in_words(winner.configuration)
     worst = winner.number("depth_error_worst")
     ratio = winner.number("limit_ratio")
@@ -89,11 +90,14 @@ def _beyond_first_order(winner: Row) -> str:
     return f" First order says too little here: to second order it is {percent(rms)} % (at worst {percent(worst)} %)."
 
 
-def _size(study: StudyFolder, winner: Row) -> str:
-    envelope: dict[str, Any] = study.requirement.get("envelope", {})
+def _size(study: Study, winner: Row) -> str:
+    envelope = study.requirement.envelope
     parts = []
-    for column, key, word in (("height_mm", "height_mm", "tall"), ("diameter_mm", "diameter_mm", "wide")):
-        value, limit = winner.number(column), envelope.get(key)
+    for column, limit, word in (
+        ("height_mm", envelope.height_mm, "tall"),
+        ("diameter_mm", envelope.diameter_mm, "wide"),
+    ):
+        value = winner.number(column)
         if value is not None:
             allowed = f" (of {plain_number(limit)} mm allowed)" if limit is not None else ""
             parts.append(f"{number(value, 1)} mm {word}{allowed}")
@@ -103,18 +107,15 @@ def _size(study: StudyFolder, winner: Row) -> str:
     return text(sentence + (f"; lens: {lens}." if lens else ".")) if parts else ""
 
 
-def _decided(study: StudyFolder) -> str:
-    objective = study.requirement.get("objective", {})
-    first, then = objective.get("minimise"), objective.get("then")
-    within = float(objective.get("within_percent") or 0.0)
-    if first not in GOALS:
-        return ""
-    values = [value for row in study.feasible if (value := _first_objective(row, str(first))) is not None]
+def _decided(study: Study) -> str:
+    objective = study.requirement.objective
+    first, then, within = objective.minimise, objective.then, objective.within_percent
+    values = [value for row in study.feasible if (value := _first_objective(row, first)) is not None]
     if len(values) < 2:
         return text("It is the only feasible design." if len(study.feasible) == 1 else "")
     best = min(values)
     tied = sum(value <= best * (1 + within / 100) * (1 + 1e-9) for value in values)
-    if tied > 1 and then:
+    if tied > 1:
         return text(
             f"Within {plain_number(within)} % of the least {objective_name(first)} lie {tied} designs; among them "
             f"{objective_name(then)} decided."
@@ -129,8 +130,8 @@ def _first_objective(row: Row, objective: str) -> float | None:
     return staged if staged is not None else row.number(column)
 
 
-def _checked(study: StudyFolder, winner: Row) -> str:
-    """How the winner did as a sensor; empty if nobody tried."""
+def _checked(study: Study, winner: Row) -> str:
+    """How the winner did as a sensor; empty if it was not checked."""
     checked, reason = study.checked.get(winner.configuration), study.unchecked.get(winner.configuration)
     if reason is not None:
         return text(f"The winner could not be checked end to end as a sensor: {typographic(reason)}.")
@@ -140,20 +141,20 @@ def _checked(study: StudyFolder, winner: Row) -> str:
     return f"{text(f'Tried as a sensor, the winner {word} the end-to-end check')} (@check)."
 
 
-def _remarks(study: StudyFolder, winner: Row) -> str:
+def _fabrication_notes(study: Study, winner: Row) -> str:
     """Where to read on before ordering the winner's mirrors; empty if there is nothing to read."""
-    count = len(study.designs[winner.configuration].score.get("remarks") or [])
+    count = len(recorded_fabrication_notes(study.designs[winner.configuration]))
     if not count:
         return ""
-    told = "the remark" if count == 1 else f"the {count} remarks"
-    return f"{text(f'Before its mirrors are ordered, {told} on its page should be read')} (@best)."
+    notes = "the fabrication note" if count == 1 else f"the {count} fabrication notes"
+    return f"{text(f'Before its mirrors are ordered, {notes} on its page should be read')} (@best)."
 
 
-def _runners_up(study: StudyFolder) -> str:
+def _runners_up(study: Study) -> str:
     runners = study.feasible[1:4]
     if not runners:
         return ""
-    told = [
+    described = [
         _name(row)
         + text(
             f" ({percent(row.number('depth_error_rms'))} %, {number(row.number('height_mm'), 1)} mm tall, "
@@ -161,10 +162,10 @@ def _runners_up(study: StudyFolder) -> str:
         )
         for row in runners
     ]
-    return f"Next {'come' if len(told) > 1 else 'comes'} " + ", ".join(told) + "."
+    return f"Next {'come' if len(described) > 1 else 'comes'} " + ", ".join(described) + "."
 
 
-def _nothing_feasible(study: StudyFolder) -> str:
+def _nothing_feasible(study: Study) -> str:
     infeasible, impossible = study.with_status("infeasible"), study.with_status("impossible")
     failed = study.with_status("failed")
     none = f"None of the {len(study.rows)} configurations" if len(study.rows) > 1 else "The one configuration studied"

@@ -20,6 +20,7 @@ from designer.imaging.endtoend.bands import LARGEST_ERROR_RATIO, LEAST_ERROR_RAT
 from designer.imaging.endtoend.noise import robust_deviation
 from designer.imaging.stereo.cloud import heights_at_every_distance
 from designer.report.figures.style import BLUE, INK, LIGHT_GREY, VERMILLION, length_unit, new_figure
+from designer.report.typst.markup import number
 from designer.study.checked import CheckedDesign
 
 Floats = NDArray[np.float64]
@@ -134,6 +135,12 @@ def slab_of(design: Design) -> tuple[float, float]:
     return first, last
 
 
+def plan_title(checked: CheckedDesign) -> str:
+    """What the floor plan shows: the slab's heights, measured from the middle of the baseline."""
+    low, high = (height - checked.design.views.middle_mm for height in slab_of(checked.design))
+    return f"Floor plan, {number(low, 0)} to {number(high, 0)} mm"
+
+
 def draw_check_errors(checked: CheckedDesign, width_mm: float, height_mm: float) -> Figure:
     """Draw measured against predicted depth error by distance, robust RMS and bias, with the bounds of passing."""
     design, verdict = checked.design, checked.verdict
@@ -157,12 +164,12 @@ def draw_check_errors(checked: CheckedDesign, width_mm: float, height_mm: float)
     axes.plot(x, 100 * np.abs(bias), "x", color=VERMILLION, markersize=4.0, label="bias, absolute")
     # A bound far above everything else would only press the rest flat; the table beside the figure gives it.
     top, shown = 2.2 * 100.0 * float(np.max(np.maximum(measured, predicted), initial=1e-6)), False
-    for band in verdict["bands"]:
-        ends = np.array(band["distance_mm"]) / unit_mm
+    for band in verdict.bands:
+        ends = np.array(band.distance_mm) / unit_mm
         axes.axvline(ends[1], color=LIGHT_GREY, linewidth=0.5, zorder=0)
-        if band["bias_bound"] is not None and 100 * band["bias_bound"] < top:
+        if band.bias_bound is not None and 100 * band.bias_bound < top:
             label = None if shown else "largest bias allowed"
-            axes.plot(ends, [100 * band["bias_bound"]] * 2, ":", color=VERMILLION, linewidth=0.9, label=label)
+            axes.plot(ends, [100 * band.bias_bound] * 2, ":", color=VERMILLION, linewidth=0.9, label=label)
             shown = True
     axes.set_xscale("log")
     axes.set_xlim(near / unit_mm, far / unit_mm)

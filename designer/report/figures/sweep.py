@@ -28,13 +28,12 @@ from designer.report.figures.style import (
     VERMILLION,
     new_figure,
 )
-from designer.study.sweep.export import pareto
+from designer.study.sweep.export import ASKED, pareto
 
 # Colour and a letter say who wins, so that the maps read in grey too; what wins less often is grey.
 NAMED_COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY)
 MOST_PANELS = 6
 MOST_TICKS = 6
-ASKED = "asked."
 
 
 def short(key: str) -> str:
@@ -180,7 +179,7 @@ def _edges(levels: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def draw_pareto(table: pd.DataFrame, letters: dict[str, str], width_mm: float) -> Figure:
-    """All feasible designs of the sweep, and the front of depth error against height and against diameter."""
+    """All feasible designs of the sweep, and the Pareto front of depth error against height and against diameter."""
     figure = new_figure(width_mm, 72.0)
     panels = figure.subplots(1, 2, sharey=True)
     colours = dict(zip(letters, NAMED_COLOURS, strict=False))
@@ -209,7 +208,7 @@ def draw_pareto(table: pd.DataFrame, letters: dict[str, str], width_mm: float) -
 
 
 def draw_parallel(front: pd.DataFrame, axes: Sequence[str], letters: dict[str, str], width_mm: float) -> Figure:
-    """Parallel coordinates of the front in depth error, height and diameter: what was asked, what came of it."""
+    """Parallel coordinates of the Pareto front in depth error, height and diameter: what was asked, what came of it."""
     columns = [*axes, "depth_error_rms", "height_mm", "diameter_mm"]
     titles = [*(short(axis) for axis in axes), "depth error (%)", "height (mm)", "diameter (mm)"]
     values = front[columns].to_numpy(dtype=float) * np.array(

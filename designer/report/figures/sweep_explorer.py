@@ -1,4 +1,4 @@
-"""A sweep's front to explore in a notebook: hover says what a design is, the slider shows its cross-section.
+"""A sweep's Pareto front to explore in a notebook: hover says what a design is, the slider shows its cross-section.
 
 The figure holds every cross-section itself, so that the slider works without a running kernel, in a saved page too.
 """
@@ -36,12 +36,12 @@ _PARTS: dict[str, dict[str, Any]] = {
 }
 
 
-def draw_explorer(front: pd.DataFrame, designs: Sequence[Design]) -> graph_objects.Figure:
+def draw_explorer(pareto: pd.DataFrame, designs: Sequence[Design]) -> graph_objects.Figure:
     """Depth error against height of some designs on the left, the cross-section of the chosen one on the right.
 
     Parameters
     ----------
-    front
+    pareto
         Rows of a sweep's table, at least one, such as :meth:`designer.api.SweepResult.front` gives.
     designs
         The design of each row.
@@ -51,8 +51,8 @@ def draw_explorer(front: pd.DataFrame, designs: Sequence[Design]) -> graph_objec
     chosen = {"mode": "markers", "marker": {"size": 19, "symbol": "circle-open", "color": INK, "line": {"width": 2}}}
     figure = graph_objects.Figure(
         [
-            _dots(front) | left,
-            {"type": "scatter", "hoverinfo": "skip", **chosen, **_place(front, 0), **left},
+            _dots(pareto) | left,
+            {"type": "scatter", "hoverinfo": "skip", **chosen, **_place(pareto, 0), **left},
             *(
                 {"type": "scatter", "hoverinfo": "skip", **look, **_plain(sections[0][part]), **right}
                 for part, look in _PARTS.items()
@@ -65,8 +65,8 @@ def draw_explorer(front: pd.DataFrame, designs: Sequence[Design]) -> graph_objec
         showlegend=False,
         height=520,
         margin={"t": 60},
-        title={"text": _caption(front, 0), "font": {"size": 14}},
-        sliders=[{"steps": _steps(front, sections), "currentvalue": {"prefix": "design "}, "pad": {"t": 45}}],
+        title={"text": _caption(pareto, 0), "font": {"size": 14}},
+        sliders=[{"steps": _steps(pareto, sections), "currentvalue": {"prefix": "design "}, "pad": {"t": 45}}],
     )
     return figure
 
@@ -101,27 +101,27 @@ def _plain(lines: Lines) -> dict[str, list[float | None]]:
     return {"x": x, "y": y}
 
 
-def _dots(front: pd.DataFrame) -> dict[str, Any]:
+def _dots(pareto: pd.DataFrame) -> dict[str, Any]:
     """Every design as a dot that says under the pointer what it is."""
     return {
         "type": "scatter",
         "mode": "markers",
-        "x": front["height_mm"].tolist(),
-        "y": (100.0 * front["depth_error_rms"]).tolist(),
-        "text": [_hover(front, place) for place in range(len(front))],
+        "x": pareto["height_mm"].tolist(),
+        "y": (100.0 * pareto["depth_error_rms"]).tolist(),
+        "text": [_hover(pareto, place) for place in range(len(pareto))],
         "hoverinfo": "text",
         "marker": {
             "size": 10,
-            "color": front["diameter_mm"].tolist(),
+            "color": pareto["diameter_mm"].tolist(),
             "colorscale": "Cividis",
             "colorbar": {"title": {"text": "diameter (mm)"}, "x": 0.4, "thickness": 12},
         },
     }
 
 
-def _hover(front: pd.DataFrame, place: int) -> str:
-    row = front.iloc[place]
-    asked = [f"{short(axis)}: {row[axis]:g}" for axis in axis_columns(front)]
+def _hover(pareto: pd.DataFrame, place: int) -> str:
+    row = pareto.iloc[place]
+    asked = [f"{short(axis)}: {row[axis]:g}" for axis in axis_columns(pareto)]
     found = [
         f"depth error {100.0 * row['depth_error_rms']:.3g} %, {row['limit_ratio']:.3f} of the limit",
         f"baseline {row['baseline_mm']:.4g} mm, height {row['height_mm']:.1f} mm, diameter {row['diameter_mm']:.1f} mm",
@@ -129,8 +129,8 @@ def _hover(front: pd.DataFrame, place: int) -> str:
     return "<br>".join([f"<b>{place + 1}: {row['configuration']}</b>", *asked, *found])
 
 
-def _caption(front: pd.DataFrame, place: int) -> str:
-    row = front.iloc[place]
+def _caption(pareto: pd.DataFrame, place: int) -> str:
+    row = pareto.iloc[place]
     return (
         f"{place + 1}: {row['configuration']}, point {row['point']}<br>"
         f"depth error {100.0 * row['depth_error_rms']:.3g} %, height {row['height_mm']:.1f} mm, "
@@ -138,19 +138,19 @@ def _caption(front: pd.DataFrame, place: int) -> str:
     )
 
 
-def _place(front: pd.DataFrame, place: int) -> dict[str, list[float | None]]:
-    row = front.iloc[place]
+def _place(pareto: pd.DataFrame, place: int) -> dict[str, list[float | None]]:
+    row = pareto.iloc[place]
     return {"x": [float(row["height_mm"])], "y": [100.0 * float(row["depth_error_rms"])]}
 
 
-def _steps(front: pd.DataFrame, sections: Sequence[dict[str, Lines]]) -> list[dict[str, Any]]:
+def _steps(pareto: pd.DataFrame, sections: Sequence[dict[str, Lines]]) -> list[dict[str, Any]]:
     """What the slider does at each of its places: move the ring, draw another cross-section, say which."""
     traces = list(range(1, 2 + len(_PARTS)))
     steps = []
     for place, section in enumerate(sections):
-        shown = [_place(front, place), *(_plain(section[part]) for part in _PARTS)]
+        shown = [_place(pareto, place), *(_plain(section[part]) for part in _PARTS)]
         data = {axis: [part[axis] for part in shown] for axis in ("x", "y")}
-        layout = {"title.text": _caption(front, place)}
+        layout = {"title.text": _caption(pareto, place)}
         steps.append({"method": "update", "label": str(place + 1), "args": [data, layout, traces]})
     return steps
 

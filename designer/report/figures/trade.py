@@ -1,4 +1,4 @@
-"""Depth error against size: every feasible design by its rank, and the fronts of the best ones."""
+"""Depth error against size: every feasible design by its rank, and the Pareto fronts of the best ones."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ from matplotlib.text import Text
 
 from designer.report.figures.style import BLUE, GREY, HALO, INK, SERIES, VERMILLION, new_figure
 from designer.report.typst.markup import DASH
-from designer.study.results import FrontPoint, Row
+from designer.study.row import Row
+from designer.study.study import ParetoRow
 
 AXIS_LABEL = {"height_mm": "height of the mirror system (mm)", "diameter_mm": "diameter of the mirror system (mm)"}
 CLUSTER_DISTANCE_MM = 2.6
 """Points closer than this on paper are one near-tie and share a label."""
 
-FRONT_SPAN = 2.0
-"""Fronts are shown up to this many times their least error; what lies beyond says only that the end is near."""
+PARETO_SPAN = 2.0
+"""Pareto fronts are shown up to this many times their least error; what lies beyond says only that the end is near."""
 
 LONGEST_LABEL = 9
 """A near-tie whose ranks take more characters gets a letter, explained in the key."""
@@ -66,8 +67,8 @@ def draw_trade(rows: Iterable[Row], swept: str, limit_mm: float | None, width_mm
     return TradePlot(figure, key)
 
 
-def draw_fronts(
-    fronts: Iterable[FrontPoint],
+def draw_pareto_fronts(
+    pareto: Iterable[ParetoRow],
     ranks: dict[str, int],
     swept: str,
     limit_mm: float | None,
@@ -78,7 +79,7 @@ def draw_fronts(
     figure = new_figure(width_mm, height_mm)
     axes = figure.add_subplot()
     errors: list[float] = []
-    points = [point for point in fronts if point.swept == swept]
+    points = [point for point in pareto if point.swept == swept]
     names = sorted({point.configuration for point in points}, key=lambda name: ranks.get(name, len(ranks) + 1))
     for name, (colour, style, marker) in zip(names, SERIES, strict=False):
         line = sorted((p for p in points if p.configuration == name), key=lambda p: p.limit_mm)
@@ -89,7 +90,7 @@ def draw_fronts(
         errors.extend(line_errors)
         label = f"{ranks.get(name, DASH)}  {name}"
         axes.plot(limits, line_errors, color=colour, linestyle=style, marker=marker, label=label)
-    _finish(axes, swept, limit_mm, [error for error in errors if error <= FRONT_SPAN * min(errors)])
+    _finish(axes, swept, limit_mm, [error for error in errors if error <= PARETO_SPAN * min(errors)])
     axes.set_xlabel(AXIS_LABEL[swept].replace("of the mirror system", "allowed"))
     if errors:
         figure.legend(loc="outside upper center", ncols=2, columnspacing=1.5)
@@ -127,6 +128,7 @@ def _label_ranks(
     pixels_per_mm = figure.dpi / 25.4
     clusters = _clusters(pixels, CLUSTER_DISTANCE_MM * pixels_per_mm)
     envelope = axes.transData.transform((limit_mm, 0.0))[0] if limit_mm is not None else -np.inf
+    plot = _Plot(axes, canvas, pixels, pixels_per_mm, envelope)
     key: dict[str, str] = {}
     placed: list[Text] = []
     for cluster in sorted(clusters, key=lambda members: -len(members)):
@@ -136,7 +138,7 @@ def _label_ranks(
             text = chr(ord("A") + len(key))
             key[text] = ranks
         centre = pixels[cluster].mean(axis=0)
-        placed.append(_place(axes, canvas, text, centre, pixels, placed, pixels_per_mm, envelope))
+        placed.append(_place(plot, text, centre, placed))
     # The constrained layout is fixed by now; drawing again must not move what was placed.
     figure.set_layout_engine("none")
     return key
@@ -170,18 +172,20 @@ def _clusters(pixels: np.ndarray, distance: float) -> list[list[int]]:
     return groups
 
 
-def _place(
-    axes: Axes,
-    canvas: Any,
-    text: str,
-    centre: np.ndarray,
-    pixels: np.ndarray,
-    placed: list[Text],
-    pixels_per_mm: float,
-    envelope: float,
-) -> Text:
+@dataclass(frozen=True, slots=True)
+class _Plot:
+    """What labels keep clear of: points (n, 2) and the envelope's line, in pixels."""
+
+    axes: Axes
+    canvas: Any
+    pixels: np.ndarray
+    pixels_per_mm: float
+    envelope: float
+
+
+def _place(plot: _Plot, text: str, centre: np.ndarray, placed: list[Text]) -> Text:
     """Write a label at the first free place on growing circles about a point, with a leader line if far."""
-    renderer = canvas.get_renderer()
+    axes, renderer = plot.axes, plot.canvas.get_renderer()
     frame = axes.get_window_extent(renderer)
     boxes = [other.get_window_extent(renderer).padded(1.0) for other in placed]
     to_data = axes.transData.inverted()
@@ -190,12 +194,12 @@ def _place(
     label.set_path_effects(HALO)
     for radius in (3.0, 4.0, 5.5, 7.0, 9.0, 11.0, 14.0):
         for angle in np.radians([45, 135, -45, -135, 90, -90, 0, 180, 20, 160, -20, -160]):
-            step = radius * pixels_per_mm * np.array([np.cos(angle), np.sin(angle)])
+            step = radius * plot.pixels_per_mm * np.array([np.cos(angle), np.sin(angle)])
             label.set_position(tuple(to_data.transform(centre + step)))
             box = label.get_window_extent(renderer).padded(1.5)
             inside = frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1
-            on_point = any(box.padded(2.0).contains(*point) for point in pixels)
-            on_line = box.x0 < envelope < box.x1
+            on_point = any(box.padded(2.0).contains(*point) for point in plot.pixels)
+            on_line = box.x0 < plot.envelope < box.x1
             if inside and not on_point and not on_line and not any(box.overlaps(other) for other in boxes):
                 _leader(axes, centre, centre + step, radius)
                 return label

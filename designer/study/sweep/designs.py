@@ -33,7 +33,7 @@ def design_at(folder: Path, point: int, configuration: str) -> Design:
     """
     requirement, _, best = _recalled(folder, point, configuration)
     record = record_of(requirement, best)
-    return record.model_copy(update={"score": evaluate_design(record)})
+    return record.model_copy(update={"score": evaluate_design(record).as_json()})
 
 
 def sensitivities(folder: Path, designs: Iterable[tuple[int, str]], keys: Sequence[str] = KEYS) -> pd.DataFrame:
@@ -63,11 +63,13 @@ def _recalled(folder: Path, point: int, name: str) -> tuple[Requirement, Candida
         ).fetchone()
         if status != ("feasible",):
             raise InputError(f"{folder}: {name} has no feasible design at point {point}")
-        tasks = connection.execute("SELECT trails FROM tasks WHERE point = ?", (point,)).fetchall()
+        tasks = connection.execute("SELECT warm_starts FROM tasks WHERE point = ?", (point,)).fetchall()
     requirement = requirement_at(base, json.loads(asked[0]))
-    known = {found: trails for (text,) in tasks for found, trails in read_warm_starts(text).items()}
+    known = {found: warm_starts for (text,) in tasks for found, warm_starts in read_warm_starts(text).items()}
     goals = requirement.objective
-    pairs = [recall(requirement, configuration, trail) for trail in known.get(name, []) if trail.is_feasible]
+    pairs = [
+        recall(requirement, configuration, warm_start) for warm_start in known.get(name, []) if warm_start.is_feasible
+    ]
     smallest = [second for _, second in pairs if second is not None]
     first = min((first for first, _ in pairs), key=lambda design: design.goals[goals.minimise])
     return requirement, first, min(smallest, key=lambda design: design.goals[goals.then])

@@ -11,14 +11,15 @@ from pathlib import Path
 import pandas as pd
 
 from designer.files import InputError, write_atomically
-from designer.goals import GOALS
 from designer.requirement import Requirement, requirement_from_json
-from designer.study.ranking import best_first
+from designer.study.columns import typed
+from designer.study.ranking import best_first, ranking_columns
 from designer.study.sweep.definition import requirement_at
 from designer.study.sweep.store import FILE_NAME, RESULT_COLUMNS, read_store
 
 RESULTS, WINNERS = "results", "winners"
-_ASKED = "asked."
+ASKED = "asked."
+"""How the columns begin that hold the values of the axes."""
 
 
 def read_sweep_results(folder: Path) -> pd.DataFrame:
@@ -43,10 +44,13 @@ def read_sweep_results(folder: Path) -> pd.DataFrame:
     order = {configuration.name: place for place, configuration in enumerate(base.configurations)}
     frame = frame.assign(place=frame["configuration"].map(order)).sort_values(["point", "place"], ignore_index=True)
     keys = list(next(iter(coordinates.values())))
-    asked = pd.DataFrame({f"{_ASKED}{key}": [coordinates[point][key] for point in frame["point"]] for key in keys})
-    numbers = [name for name, kind in RESULT_COLUMNS.items() if kind == "REAL"]
-    frame[numbers] = frame[numbers].astype(float)
-    frame["first_order_valid"] = frame["first_order_valid"].astype("boolean")
+    asked = pd.DataFrame({f"{ASKED}{key}": [coordinates[point][key] for point in frame["point"]] for key in keys})
+    kinds = {each.name: each for each in base.configurations}
+    frame = frame.assign(  # stores of version 0.1 leave them out
+        family=[kinds[name].family for name in frame["configuration"]],
+        topology=[kinds[name].topology for name in frame["configuration"]],
+    )
+    frame = typed(frame)
     ranks = _ranks(frame, base, coordinates)
     return pd.concat([frame[["point"]], asked, ranks, frame[list(RESULT_COLUMNS)]], axis=1)
 
@@ -69,7 +73,7 @@ def requirement_of(folder: Path) -> Requirement:
 
 def axis_columns(frame: pd.DataFrame) -> list[str]:
     """The columns of a sweep's table that hold what was asked."""
-    return [name for name in frame.columns if name.startswith(_ASKED)]
+    return [name for name in frame.columns if name.startswith(ASKED)]
 
 
 def winners(frame: pd.DataFrame) -> pd.DataFrame:
@@ -92,7 +96,7 @@ def pareto(table: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
 
 def _ranks(frame: pd.DataFrame, base: Requirement, coordinates: dict[int, dict[str, float]]) -> pd.Series[int]:
     """Ranks as a study of each point gives them."""
-    first, second = f"first_stage_{GOALS[base.objective.minimise].column}", GOALS[base.objective.then].column
+    first, second = ranking_columns(base.objective)
     is_swept = any(key.startswith("objective.") for key in next(iter(coordinates.values())))
     ranks = pd.Series(pd.NA, index=frame.index, dtype="Int64", name="rank")
     feasible = frame[frame["status"] == "feasible"]

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from designer import __version__
 from designer.requirement import Requirement, requirement_to_json
+from designer.study.processes import Processes
 from designer.study.sweep.definition import SweepDefinition
 from designer.study.sweep.export import export_tables
 from designer.study.sweep.plan import check_points, plan_points
@@ -21,7 +22,6 @@ from designer.study.sweep.point import TaskResult, chunks_of, solve_task
 from designer.study.sweep.schedule import Schedule, TaskKey
 from designer.study.sweep.store import Store, open_store
 from designer.study.sweep.workers import Workers, local_workers
-from designer.study.workers import Processes
 
 # A task that takes its process down with it each time is not tried for ever.
 MOST_LOST_WORKERS = 20
@@ -91,78 +91,98 @@ def run_sweep(
         schedule = Schedule(points, len(chunks_of(base)), store.finished())
         if schedule:
             with workers or local_workers(jobs) as crew:
-                _work(schedule, store, crew, base, {point.number: point.coordinates for point in points}, progress)
+                _Sweep(base, {point.number: point.coordinates for point in points}, schedule, store, crew).run(progress)
     export_tables(folder)
 
 
-def _work(
-    schedule: Schedule,
-    store: Store,
-    workers: Workers,
-    base: Requirement,
-    coordinates: dict[int, dict[str, float]],
-    progress: ProgressCallback | None,
-) -> None:
-    lost = 0
-    feasible = store.feasible_count()
-    # The first tasks start cold and take many times as long: time left is told by the latest.
-    latest = deque([time.perf_counter()], maxlen=LATEST_TASKS)
-    running: dict[Future[TaskResult], TaskKey] = {}
-    while schedule or running:
-        try:
-            while schedule and len(running) < workers.capacity:
-                task = schedule.take()
-                try:
-                    running[_submit(workers, store, schedule, base, coordinates, task)] = task
-                except BrokenProcessPool:
-                    schedule.give_back(task)
-                    raise
-            finished, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in sorted(finished, key=lambda future: running[future]):
-                result = future.result()
-                task = running.pop(future)
-                store.add(*task, result)
-                schedule.finish(task)
-                feasible += sum(row["status"] == "feasible" for row in result.rows)
-                latest.append(time.perf_counter())
-                if progress is not None:
-                    done = len(schedule.finished)
-                    remaining = (latest[-1] - latest[0]) / (len(latest) - 1) * (schedule.total - done)
-                    chunks = schedule.total / len(coordinates)
-                    progress(SweepProgress(done, schedule.total, 1.0 / chunks, feasible, remaining))
-        except BrokenProcessPool:
-            lost += 1
-            _take_what_is_whole(running, store, schedule)
-            if lost > MOST_LOST_WORKERS or not isinstance(workers, Processes):
-                numbers = ", ".join(str(number) for number in sorted({number for number, _ in running.values()}))
-                raise LostProcessesError(
-                    f"processes died {lost} times, at last with these points under way: {numbers}; perhaps out of "
-                    "memory. What is finished is kept: run it again, with fewer jobs, to go on"
-                ) from None
-            for task in running.values():
-                schedule.give_back(task)
-            running.clear()
-            workers.rebuild()
+@dataclass(slots=True)
+class _Sweep:
+    """A sweep under way: what to solve, what is running, and where results go."""
+
+    base: Requirement
+    coordinates: dict[int, dict[str, float]]
+    schedule: Schedule
+    store: Store
+    workers: Workers
+    running: dict[Future[TaskResult], TaskKey] = field(default_factory=dict)
+    lost: int = 0
+
+    def run(self, progress: ProgressCallback | None) -> None:
+        """Run every task that is left."""
+        clock = _Clock()
+        feasible = self.store.feasible_count()
+        while self.schedule or self.running:
+            try:
+                self._hand_out()
+                for result in self._collect():
+                    feasible += sum(row.status == "feasible" for row in result.rows)
+                    clock.tick()
+                    if progress is not None:
+                        progress(self._progress(feasible, clock))
+            except BrokenProcessPool:
+                self._go_on_without_the_dead()
+
+    def _hand_out(self) -> None:
+        """Keep every worker busy."""
+        while self.schedule and len(self.running) < self.workers.capacity:
+            task = self.schedule.take()
+            try:
+                self.running[self._submit(task)] = task
+            except BrokenProcessPool:
+                self.schedule.give_back(task)
+                raise
+
+    def _submit(self, task: TaskKey) -> Future[TaskResult]:
+        number, chunk = task
+        parent = self.schedule.parents[number]
+        known = self.store.warm_starts(parent, chunk) if parent is not None else None
+        return self.workers.submit(solve_task, self.base, self.coordinates[number], chunk, known)
+
+    def _collect(self) -> Iterator[TaskResult]:
+        """Wait until a task ends; store and yield all that have ended, in order."""
+        finished, _ = wait(self.running, return_when=FIRST_COMPLETED)
+        for future in sorted(finished, key=lambda future: self.running[future]):
+            result = future.result()
+            self._keep(self.running.pop(future), result)
+            yield result
+
+    def _keep(self, task: TaskKey, result: TaskResult) -> None:
+        self.store.add(*task, result)
+        self.schedule.finish(task)
+
+    def _progress(self, feasible: int, clock: _Clock) -> SweepProgress:
+        done, total = len(self.schedule.finished), self.schedule.total
+        chunks = total / len(self.coordinates)
+        return SweepProgress(done, total, 1.0 / chunks, feasible, clock.seconds_for(total - done))
+
+    def _go_on_without_the_dead(self) -> None:
+        """Keep what had come before a process died, and give back what was lost with it."""
+        self.lost += 1
+        for future in list(self.running):
+            if future.done() and not future.cancelled() and future.exception() is None:
+                self._keep(self.running.pop(future), future.result())
+        if self.lost > MOST_LOST_WORKERS or not isinstance(self.workers, Processes):
+            numbers = ", ".join(str(number) for number in sorted({number for number, _ in self.running.values()}))
+            raise LostProcessesError(
+                f"processes died {self.lost} times, at last with these points under way: {numbers}; perhaps out of "
+                "memory. What is finished is kept: run it again, with fewer jobs, to go on"
+            ) from None
+        for task in self.running.values():
+            self.schedule.give_back(task)
+        self.running.clear()
+        self.workers.rebuild()
 
 
-def _take_what_is_whole(running: dict[Future[TaskResult], TaskKey], store: Store, schedule: Schedule) -> None:
-    """Keep results that had come before a process died."""
-    for future in list(running):
-        if future.done() and not future.cancelled() and future.exception() is None:
-            task = running.pop(future)
-            store.add(*task, future.result())
-            schedule.finish(task)
+class _Clock:
+    """Time left, judged by the latest tasks: the first start cold and take many times as long."""
 
+    def __init__(self) -> None:
+        self._ends = deque([time.perf_counter()], maxlen=LATEST_TASKS)
 
-def _submit(
-    workers: Workers,
-    store: Store,
-    schedule: Schedule,
-    base: Requirement,
-    coordinates: dict[int, dict[str, float]],
-    task: TaskKey,
-) -> Future[TaskResult]:
-    number, chunk = task
-    parent = schedule.parents[number]
-    known = store.trails(parent, chunk) if parent is not None else None
-    return workers.submit(solve_task, base, coordinates[number], chunk, known)
+    def tick(self) -> None:
+        """Note the end of a task."""
+        self._ends.append(time.perf_counter())
+
+    def seconds_for(self, tasks: int) -> float:
+        """How long so many tasks will take."""
+        return (self._ends[-1] - self._ends[0]) / (len(self._ends) - 1) * tasks

@@ -1,7 +1,7 @@
 """The store of a sweep: one SQLite file in its folder, written by one process, a task at a time, each whole or absent.
 
-Tables: ``points`` (number, parent, coordinates as JSON), ``tasks`` (one row for each finished task, with the trails its
-children start from), ``results`` (one row for each point and configuration), ``about`` (what the sweep was).
+Tables: ``points`` (number, parent, coordinates as JSON), ``tasks`` (one row for each finished task, with the warm
+starts of its children), ``results`` (one row for each point and configuration), ``about`` (what the sweep was).
 """
 
 from __future__ import annotations
@@ -13,47 +13,27 @@ import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+
+from pydantic import JsonValue
 
 from designer.files import InputError, check_folder
 from designer.requirement import NOT_ASKED
+from designer.study.columns import SWEPT_COLUMNS
 from designer.study.sweep.plan import Point
 from designer.study.sweep.point import TaskResult
 
 FILE_NAME = "sweep.sqlite"
-RESULT_COLUMNS = {
-    "configuration": "TEXT",
-    "status": "TEXT",
-    "reason": "TEXT",
-    "depth_error_rms": "REAL",
-    "depth_error_worst": "REAL",
-    "first_order_valid": "INTEGER",
-    "limit_ratio": "REAL",
-    "baseline_mm": "REAL",
-    "height_mm": "REAL",
-    "diameter_mm": "REAL",
-    "volume_cm3": "REAL",
-    "first_stage_depth_error_rms": "REAL",
-    "first_stage_limit_ratio": "REAL",
-    "first_stage_height_mm": "REAL",
-    "first_stage_diameter_mm": "REAL",
-    "first_stage_volume_cm3": "REAL",
-    "principal_distance_mm": "REAL",
-    "lens": "TEXT",
-    "variant": "TEXT",
-    "multipliers": "TEXT",
-    "closest_constraint": "TEXT",
-    "closest_violation": "REAL",
-    "closest_unit": "TEXT",
-    "solves": "INTEGER",
-}
+_SQL_TYPES = {str: "TEXT", float: "REAL", int: "INTEGER", bool: "INTEGER"}
+RESULT_COLUMNS = {name: _SQL_TYPES[column.kind] for name, column in SWEPT_COLUMNS.items()}
 """Columns of ``results`` beside the point, in order; lengths in mm, errors as shares."""
+
+_TASKS_OF_VERSION_0_1 = ["point", "chunk", "trails", "seconds"]
 
 _SCHEMA = f"""
 CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE points (point INTEGER PRIMARY KEY, parent INTEGER, coordinates TEXT NOT NULL);
 CREATE TABLE tasks (
-    point INTEGER NOT NULL REFERENCES points, chunk INTEGER NOT NULL, trails TEXT NOT NULL, seconds REAL NOT NULL,
+    point INTEGER NOT NULL REFERENCES points, chunk INTEGER NOT NULL, warm_starts TEXT NOT NULL, seconds REAL NOT NULL,
     PRIMARY KEY (point, chunk)
 );
 CREATE TABLE results (
@@ -78,9 +58,9 @@ class Store:
         """(point, chunk) of every finished task."""
         return set(self.connection.execute("SELECT point, chunk FROM tasks"))
 
-    def trails(self, point: int, chunk: int) -> str:
-        """The trails of one finished task, as JSON."""
-        found = self.connection.execute("SELECT trails FROM tasks WHERE point = ? AND chunk = ?", (point, chunk))
+    def warm_starts(self, point: int, chunk: int) -> str:
+        """The warm starts that one finished task left, as JSON."""
+        found = self.connection.execute("SELECT warm_starts FROM tasks WHERE point = ? AND chunk = ?", (point, chunk))
         return str(found.fetchone()[0])
 
     def feasible_count(self) -> int:
@@ -97,13 +77,13 @@ class Store:
             The disk is full or has failed; the task is not in the store.
         """
         columns = ["point", *RESULT_COLUMNS]
-        rows = [[point, *(row.get(name) for name in RESULT_COLUMNS)] for row in result.rows]
+        rows = [[point, *(row.values.get(name) for name in RESULT_COLUMNS)] for row in result.rows]
         with self._writing():
             self.connection.executemany(
                 f"INSERT INTO results ({', '.join(columns)}) VALUES ({', '.join('?' * len(columns))})", rows
             )
             self.connection.execute(
-                "INSERT INTO tasks VALUES (?, ?, ?, ?)", (point, chunk, result.trails, result.seconds)
+                "INSERT INTO tasks VALUES (?, ?, ?, ?)", (point, chunk, result.warm_starts, result.seconds)
             )
 
     def create(self, about: dict[str, str], points: tuple[Point, ...]) -> None:
@@ -128,7 +108,8 @@ class Store:
             same = {
                 "plan of points": self.connection.execute("SELECT * FROM points ORDER BY point").fetchall() == planned,
                 "requirement": _asked(known["requirement"]) == _asked(about["requirement"]),
-                "version of designer": known["version of designer"] == about["version of designer"],
+                "version of designer": known["version of designer"] == about["version of designer"]
+                and _is_known(self.connection),
             }
             if not all(same.values()):
                 changed = " and ".join(key for key, is_same in same.items() if not is_same)
@@ -136,9 +117,9 @@ class Store:
                     f"{self.path}: holds a sweep with another {changed}; "
                     "give another folder with --out, or remove the file to start anew"
                 )
-            if known != about:
-                with self._writing():
-                    self.connection.executemany("UPDATE about SET value = ?2 WHERE key = ?1", about.items())
+            with self._writing():
+                _upgrade(self.connection)
+                self.connection.executemany("UPDATE about SET value = ?2 WHERE key = ?1", about.items())
             return
         with self._writing():
             # executescript would commit halfway.
@@ -166,12 +147,52 @@ class Store:
             raise
 
 
-def _asked(requirement: str) -> dict[str, Any]:
+def _asked(requirement: str) -> dict[str, JsonValue]:
     try:
         content = json.loads(requirement)
     except ValueError:  # of a version that kept it otherwise
         return {}
     return {key: value for key, value in content.items() if key not in NOT_ASKED}
+
+
+def _columns_of(connection: sqlite3.Connection, table: str) -> list[str]:
+    return [name for _, name, *_ in connection.execute(f"PRAGMA table_info({table})")]
+
+
+def _is_known(connection: sqlite3.Connection) -> bool:
+    """Whether this version reads the tables: its own, or those of version 0.1."""
+    results, tasks = set(_columns_of(connection, "results")), _columns_of(connection, "tasks")
+    if tasks == _TASKS_OF_VERSION_0_1:
+        return {"point", "configuration", "status"} <= results
+    return {"point", *RESULT_COLUMNS} <= results and tasks == ["point", "chunk", "warm_starts", "seconds"]
+
+
+def _is_of_version_0_1(connection: sqlite3.Connection) -> bool:
+    return _columns_of(connection, "tasks") == _TASKS_OF_VERSION_0_1
+
+
+def _missing(connection: sqlite3.Connection) -> list[str]:
+    known = _columns_of(connection, "results")
+    return [name for name in RESULT_COLUMNS if name not in known]
+
+
+def _upgrade(connection: sqlite3.Connection) -> None:
+    """Give a store of version 0.1 the columns of this one; nothing else changes."""
+    if not _is_of_version_0_1(connection):
+        return
+    connection.execute("ALTER TABLE tasks RENAME COLUMN trails TO warm_starts")
+    for name in _missing(connection):
+        connection.execute(f"ALTER TABLE results ADD COLUMN {name} {RESULT_COLUMNS[name]}")
+
+
+def _see_as_upgraded(connection: sqlite3.Connection) -> None:
+    """Let one connection see a store of version 0.1 as one of this version; the file stays as it is."""
+    if not _is_of_version_0_1(connection):
+        return
+    missing = _missing(connection)
+    columns = ", ".join(f"NULL AS {name}" if name in missing else name for name in RESULT_COLUMNS)
+    connection.execute(f"CREATE TEMP VIEW results AS SELECT point, {columns} FROM main.results")
+    connection.execute("CREATE TEMP VIEW tasks AS SELECT point, chunk, trails AS warm_starts, seconds FROM main.tasks")
 
 
 @contextmanager
@@ -226,6 +247,9 @@ def read_store(folder: Path) -> Iterator[sqlite3.Connection]:
     connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode=rw", uri=True, timeout=30.0)
     try:
         connection.execute("SELECT COUNT(*) FROM points")
+        if not _is_known(connection):
+            raise InputError(f"{path}: was written by another version of designer")
+        _see_as_upgraded(connection)
         yield connection
     except sqlite3.DatabaseError as error:
         raise InputError(f"{path}: is no store of a sweep: {error}") from None

@@ -7,7 +7,7 @@ from concurrent.futures import Future
 from contextlib import AbstractContextManager
 from typing import Any, Protocol
 
-from designer.study.workers import Processes, local_processes
+from designer.study.processes import Processes, local_processes
 
 
 class Workers(Protocol):
@@ -15,7 +15,7 @@ class Workers(Protocol):
 
     @property
     def capacity(self) -> int:
-        """How many tasks to have under way, so that nobody waits."""
+        """How many tasks to have under way, so that no worker waits."""
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """Start a task."""

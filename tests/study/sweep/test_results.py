@@ -18,15 +18,18 @@ from designer.cli import cli
 from designer.design import Design
 from designer.files import InputError
 from designer.report.content import sweep as sweep_report
-from designer.report.content.sweep import write_sweep_pdf
 from designer.report.figures.sweep import draw_heat_map, draw_winner_map, letters_of, short
+from designer.report.figures.sweep_registry import tables_of
+from designer.report.sweep_document import write_sweep_pdf
 from designer.report.typst.glyphs import missing_characters
+from designer.requirement import set_key
+from designer.study.columns import SWEPT_COLUMNS
 from designer.study.compare import compare
-from designer.study.sweep.export import pareto
+from designer.study.sweep.export import pareto, read_sweep_results, requirement_of
 from designer.study.sweep.store import FILE_NAME
 from designer.verify.judge import judge
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def test_designs_come_back_from_the_store_as_they_were_found(finished_folder, undisturbed):
@@ -164,7 +167,7 @@ def test_the_report_prints_nothing_its_fonts_lack_and_says_so(finished_folder, t
         changed = json.dumps(json.loads(definition) | {"title": "Sweep 扫描 of two", "description": "Größe, 幅"})
         connection.execute("UPDATE about SET value = ? WHERE key = 'definition'", (changed,))
     table = api.read_sweep_folder(folder)
-    shown = sweep_report.legible(sweep_report.source(folder, table.table, table.winners))
+    shown = sweep_report.legible(sweep_report.source(folder, tables_of(table.table, table.winners)))
     assert "Sweep … of two" in shown
     assert "Größe, …" in shown
     assert "fonts of the report lack" in shown
@@ -218,14 +221,14 @@ def test_comparing_with_what_is_no_result_gets_one_line(finished_folder, tmp_pat
 @pytest.mark.parametrize(
     ("file", "content", "words"),
     [
-        ("designs.csv", "", "designs.csv: is no table of a study"),
-        ("designs.csv", "a,b\n1,2\n", "no column configuration"),
+        ("designs.csv", "", "designs.csv: column configuration is missing"),
+        ("designs.csv", "a,b\n1,2\n", "designs.csv: column configuration is missing"),
         ("requirement.toml", "name = [", "requirement.toml: not valid TOML"),
     ],
 )
 def test_comparing_with_a_spoilt_folder_gets_one_line(tmp_path, file, content, words):
     (tmp_path / "designs.csv").write_text("configuration,status\nfolded-HyPl-Hy-upper_outer,infeasible\n")
-    (tmp_path / "requirement.toml").write_text("baseline_mm = 100\n")
+    (tmp_path / "requirement.toml").write_text((ROOT / "configs/indoor_robot.toml").read_text())
     assert compare(tmp_path, tmp_path).asked == ()
     (tmp_path / file).write_text(content)
     with pytest.raises(InputError, match=words):
@@ -272,3 +275,31 @@ def test_tracing_only_what_is_asked_rejects_spoilt_designs_too(finished_folder, 
     owner = content[part] if index is None else content[part][index]
     owner[key] = change(owner[key])
     assert not judge(Design.model_validate(content), whole_image=False).passed
+
+
+def test_a_sweep_and_a_study_say_the_same_of_the_same_designs(finished_folder, undisturbed):
+    """Each from its own search of the root, whose optimum is one: columns agree in name, and values to rounding."""
+    base = requirement_of(finished_folder)
+    asked = set_key(set_key(base, "baseline_mm", 98), "envelope.height_mm", 138)
+    studied = api.study(asked, jobs=1).table.set_index("configuration")
+    swept = undisturbed[undisturbed["point"] == 4].set_index("configuration")
+    assert set(SWEPT_COLUMNS) <= {"configuration", *studied.columns}
+    assert list(swept.sort_values("rank").index) == list(studied.index)
+    for name, column in SWEPT_COLUMNS.items():
+        if name in swept and name != "solves":
+            there, here = swept[name], studied[name].reindex(swept.index)
+            if column.kind is float:
+                np.testing.assert_allclose(there.astype(float), here.astype(float), rtol=1e-9, err_msg=name)
+            else:
+                assert list(there.fillna("")) == list(here.fillna("")), name
+
+
+@pytest.mark.parametrize(
+    "change", ["ALTER TABLE results DROP COLUMN depth_error_rms", "ALTER TABLE tasks ADD COLUMN other TEXT"]
+)
+def test_a_store_of_another_layout_is_refused(finished_folder, tmp_path, change):
+    folder = shutil.copytree(finished_folder, tmp_path / "out")
+    with sqlite3.connect(folder / FILE_NAME) as connection:
+        connection.execute(change)
+    with pytest.raises(InputError, match="another version of designer"):
+        read_sweep_results(folder)

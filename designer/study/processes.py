@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from designer.files import InputError
-from designer.study.child import build_pool, interrupts_held_back, stop_pool
+from designer.study.process_pool import build_pool, interrupts_held_back, stop_pool
 
 Tasks = Sequence[tuple[Any, ...]]
 
@@ -66,15 +66,17 @@ def run_each(processes: Processes, function: Callable[..., Any], tasks: Tasks) -
     """Run a function on each tuple of arguments; yields the tuple's index and its finished future as they come.
 
     A process that dies takes all that is under way with it. What was lost runs again in the end, one task at a time,
-    so that only those fail whose own process dies: their future holds a BrokenProcessPool.
+    twice at most, so that only those fail whose own process dies twice: their future holds a BrokenProcessPool.
     """
-    lost = []
-    for index, future in _run_once(processes, function, tasks, range(len(tasks)), processes.jobs):
-        if _process_died(future):
-            lost.append(index)
-        else:
-            yield index, future
-    yield from _run_once(processes, function, tasks, sorted(lost), 1)
+    left: Sequence[int] = range(len(tasks))
+    for most, is_last in ((processes.jobs, False), (1, False), (1, True)):
+        lost = []
+        for index, future in _run_once(processes, function, tasks, left, most):
+            if _process_died(future) and not is_last:
+                lost.append(index)
+            else:
+                yield index, future
+        left = sorted(lost)
 
 
 def why_it_failed(error: Exception) -> str:

@@ -8,7 +8,7 @@ import signal
 
 import pytest
 
-from designer.study.child import build_pool, interrupts_held_back
+from designer.study.process_pool import build_pool, interrupts_held_back
 
 
 def test_ctrl_c_works_again_after_a_server_that_did_not_start(monkeypatch):

@@ -31,7 +31,7 @@ def build_pool(jobs: int, preload: str) -> ProcessPoolExecutor:
 def interrupts_held_back() -> Iterator[None]:
     """Let Ctrl-C and SIGTERM wait until the end, even one by an error: around handing out work, which starts processes.
 
-    Interrupted halfway, that process would be nobody's to end, and would find what it needs gone.
+    A process whose start is interrupted halfway would be ended by no one, and would find what it needs gone.
     """
     if not _is_main_thread():
         yield

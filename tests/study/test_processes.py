@@ -17,17 +17,19 @@ from mortal import (
     name_of_point,
     pass_check,
     raising,
+    slow_then_mortal,
     square,
 )
 
 from designer.requirement import set_key
 from designer.study import checks, run
-from designer.study.checks import CheckProgress, check_best
+from designer.study.checks import CheckProgress, check_designs
+from designer.study.folder import read_study
+from designer.study.processes import local_processes, run_each, why_it_failed
 from designer.study.run import run_study
 from designer.study.sweep import run as sweep_run
 from designer.study.sweep.definition import read_sweep
-from designer.study.task import front_of, solve_configuration
-from designer.study.workers import local_processes, run_each, why_it_failed
+from designer.study.task import pareto_front_of, solve_configuration
 from support import CONFIGS
 from support.shipped_problems import shipped_requirement
 
@@ -50,6 +52,17 @@ def test_each_task_runs_whose_own_process_does_not_die_twice(jobs, deaths, tmp_p
     assert {index: why_it_failed(error) for index, error in errors.items() if error is not None} == reasons
     results = {index: future.result() for index, future in found.items() if index not in reasons}
     assert results == {index: index**2 for index in range(9) if index not in reasons}
+
+
+def test_who_was_lost_with_another_may_still_die_once(tmp_path):
+    """The death of another's process is not one of its own, whichever of the two came first."""
+    (tmp_path / "marks").mkdir()
+    with local_processes(2) as processes:
+        # The sleeper first, so that it is under way when the other dies.
+        found = dict(run_each(processes, slow_then_mortal, [(tmp_path / "marks", number) for number in (7, 0)]))
+    assert found[0].result() == 7
+    assert why_it_failed(found[1].exception()) == REASON
+    assert len(list((tmp_path / "marks").iterdir())) in {2, 3}
 
 
 def test_a_process_that_dies_idle_costs_nothing(tmp_path):
@@ -87,9 +100,9 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.slow
 def test_a_study_whose_processes_die_once_finds_the_same(undisturbed, tmp_path, monkeypatch):
     solve = partial(mortal, tmp_path / "solving", {FEASIBLE[0]: 1}, name_of_configuration, solve_configuration)
-    trace = partial(mortal, tmp_path / "fronts", {FEASIBLE[1]: 1}, name_of_first, front_of)
+    trace = partial(mortal, tmp_path / "fronts", {FEASIBLE[1]: 1}, name_of_first, pareto_front_of)
     monkeypatch.setattr(run, "solve_configuration", solve)
-    monkeypatch.setattr(run, "front_of", trace)
+    monkeypatch.setattr(run, "pareto_front_of", trace)
     run_study(requirement_of_study(), tmp_path / "study", jobs=2, only=ONLY)
     assert results_of(tmp_path / "study") == results_of(undisturbed)
 
@@ -101,22 +114,24 @@ def test_a_study_goes_on_without_what_dies_or_raises_always(how, undisturbed, tm
     whole, without_front = FEASIBLE
     lost = "direct-ElEl-upper_outer"
     solve = partial(always, tmp_path / "solving", {lost: ALWAYS}, name_of_configuration, solve_configuration)
-    trace = partial(always, tmp_path / "fronts", {without_front: ALWAYS}, name_of_first, front_of)
+    trace = partial(always, tmp_path / "fronts", {without_front: ALWAYS}, name_of_first, pareto_front_of)
     monkeypatch.setattr(run, "solve_configuration", solve)
-    monkeypatch.setattr(run, "front_of", trace)
+    monkeypatch.setattr(run, "pareto_front_of", trace)
     run_study(requirement_of_study(), tmp_path / "study", jobs=2, only=ONLY)
     rows, fronts, designs = results_of(tmp_path / "study")
     complete_rows, complete_fronts, complete_designs = results_of(undisturbed)
     reason = REASON if how == "dies" else "RuntimeError: broken"
     by_name = {row["configuration"]: row for row in rows}
     assert (by_name[lost]["status"], by_name[lost]["reason"]) == ("failed", reason)
-    assert {name: row.pop("front_problem") for name, row in by_name.items()} == {
+    assert {name: row.pop("pareto_front_problem") for name, row in by_name.items()} == {
         whole: "",
         without_front: reason,
         lost: "",
     }
     assert [row for row in rows if row["configuration"] != lost] == [
-        row for row in complete_rows if row["configuration"] != lost
+        {name: value for name, value in row.items() if name != "pareto_front_problem"}
+        for row in complete_rows
+        if row["configuration"] != lost
     ]
     assert designs == complete_designs
     assert fronts == [row for row in complete_fronts if row["configuration"] == whole]
@@ -128,7 +143,8 @@ def test_a_check_whose_process_dies_concerns_its_own_design_alone(undisturbed, t
     check = partial(mortal, tmp_path / "deaths", {dead: ALWAYS, whole: 1}, name_of_design, pass_check)
     monkeypatch.setattr(checks, "_check_and_write", check)
     told: list[CheckProgress] = []
-    assert check_best(undisturbed, 2, jobs=2, progress=told.append) == {dead: False, whole: True}
+    designs = [read_study(undisturbed).designs[name] for name in FEASIBLE]
+    assert check_designs(designs, undisturbed, jobs=2, progress=told.append) == {dead: False, whole: True}
     assert {step.configuration: step.problem for step in told} == {dead: REASON, whole: ""}
     assert [step.done for step in told] == [1, 2]
     written = json.loads((undisturbed / "checks" / dead / "unchecked.json").read_text(encoding="utf-8"))
