@@ -180,9 +180,7 @@ def chief_ray(path: LightPath, slope: Scalar) -> ChiefRay:
     directions.append((1.0 / secant, slope / secant))
     radius, height = points[-1]
     viewpoint_distance = radius * directions[-1][0] + (height - path.viewpoint) * directions[-1][1]
-    return ChiefRay(
-        slope, at_pinhole, tuple(points), tuple(powers), tuple(legs), tuple(directions), viewpoint_distance
-    )
+    return ChiefRay(slope, at_pinhole, tuple(points), tuple(powers), tuple(legs), tuple(directions), viewpoint_distance)
 
 
 def reciprocal_along_ray(slope: Scalar, horizontal_distance: Scalar) -> Scalar:

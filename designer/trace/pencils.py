@@ -23,7 +23,7 @@ from designer.trace.sequential import trace_sequential
 
 # Half-widths of a close pencil: of its directions in radians, and of its starts as a share of the first leg. Symmetric
 # differences at this step and at half of it, extrapolated, leave the fourth power of the step: far below 1e-9.
-PENCIL_STEP = 4e-4
+PENCIL_STEP = 5e-5
 RINGS = 6
 AIMING_STEPS = 12
 # An aimed ray passes the scene point at this share of its distance, or less.
@@ -101,9 +101,7 @@ class Bundles:
         return np.asarray(np.sqrt(np.sum(off * off, axis=-1).mean(axis=-1)))
 
 
-def pencil_images(
-    design: Design, view_name: str, elevations_deg: ArrayLike, distances_mm: ArrayLike
-) -> PencilImages:
+def pencil_images(design: Design, view_name: str, elevations_deg: ArrayLike, distances_mm: ArrayLike) -> PencilImages:
     """Virtual images of scene points, by close pencils of rays traced about each chief ray.
 
     A scene point is given by elevation in degrees of the chief ray and distance from the axis in mm, which may be
@@ -139,13 +137,13 @@ def trace_bundles(
         reach = chief.distance_beyond(distances)
         points = chief.point[:, None, :] + reach[..., None] * chief.direction[:, None, :]
         images = _pencil_images(instrument, path, chief, distances)
-        slopes = _aimed_slopes(instrument, path, chief, points, places, images)
+        # Mirrors on the axis: what holds on one side of the meridional plane holds on the other.
+        half = _aimed_slopes(instrument, path, chief, points, places[: len(places) // 2], images)
+        slopes = np.concatenate([half, half * [1.0, -1.0]], axis=2)
     return Bundles(chief.psi, points, places, slopes)
 
 
-def chief_rays(
-    instrument: Instrument, path: tuple[int, ...], elevations_deg: ArrayLike, widest: float
-) -> ChiefRays:
+def chief_rays(instrument: Instrument, path: tuple[int, ...], elevations_deg: ArrayLike, widest: float) -> ChiefRays:
     """The rays from the pinhole, at angles up to ``widest`` in radians, that leave a path at elevations in degrees."""
     elevations = np.radians(np.atleast_1d(np.asarray(elevations_deg, dtype=float)))
     psi = pinhole_angles(instrument, path, elevations, widest)
@@ -154,23 +152,23 @@ def chief_rays(
 
 
 def pupil_places(radius_mm: float, rings: int = RINGS) -> Array:
-    """Points (n, 3) that fill a disc across the axis evenly, each for the same area: n = 6 rings^2.
+    """Points (6 rings^2, 3) that fill a disc across the axis evenly, each for the same area.
 
-    Ring k of equal width, from the centre, holds 2k + 1 times as many points as the first, at the radius whose square
-    is the mean over the ring, so that second moments are exact.
+    The first half has y > 0 and the second half is its mirror image, in the same order. Ring k of equal width, from the
+    centre, holds 2k + 1 times as many points as the first, at the radius whose square is the mean over the ring, so
+    that second moments are exact.
     """
-    places = []
+    half = []
     for ring in range(rings):
-        count = 6 * (2 * ring + 1)
-        angle = 2.0 * np.pi * (np.arange(count) + 0.5 * (ring % 2)) / count
+        count = 3 * (2 * ring + 1)
+        angle = np.pi * (np.arange(count) + 0.5) / count
         reach = radius_mm * np.sqrt((ring**2 + (ring + 1) ** 2) / 2.0) / rings
-        places.append(np.stack([reach * np.cos(angle), reach * np.sin(angle), np.zeros(count)], axis=-1))
-    return np.concatenate(places)
+        half.append(np.stack([reach * np.cos(angle), reach * np.sin(angle), np.zeros(count)], axis=-1))
+    upper = np.concatenate(half)
+    return np.concatenate([upper, upper * [1.0, -1.0, 1.0]])
 
 
-def _pencil_images(
-    instrument: Instrument, path: tuple[int, ...], chief: ChiefRays, distances: Array
-) -> PencilImages:
+def _pencil_images(instrument: Instrument, path: tuple[int, ...], chief: ChiefRays, distances: Array) -> PencilImages:
     """1/V = (dY/da) / (dY/db): Y where a ray passes the scene point, a its start beside the pinhole, b its angle."""
     count = len(chief.psi)
     sine, cosine, none = np.sin(chief.psi), np.cos(chief.psi), np.zeros(count)
