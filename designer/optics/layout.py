@@ -1,9 +1,10 @@
 """The layout of a whole system in the meridional plane: mirrors, solids, and the legs of light between them.
 
 A view's path is followed backwards, from the pinhole over its mirrors to the world. Each leg holds all the light of
-one view between two successive surfaces, as the region between the rays of its zone's inner and outer end. R is
-signed: the world side of every ray is at R > 0, so a leg of negative gain starts at R < 0 and crosses the axis at a
-focus, where it is split in two: every leg is convex up to the bulge of the mirrors that end it.
+one view between two successive surfaces, as the region between the rays of its zone's inner and outer end, widened on
+either side by the half-width of the light that the entrance pupil takes in. R is signed: the world side of every ray
+is at R > 0, so a leg of negative gain starts at R < 0 and crosses the axis at a focus, where it is split in two: every
+leg is convex up to the bulge of the mirrors that end it.
 
 Everything takes floats, NumPy arrays or CasADi symbols; lengths in mm.
 """
@@ -13,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
-from designer.optics.backend import Scalar, maximum
+from designer.optics.backend import Scalar, maximum, sqrt, where
 from designer.optics.conic import FocalConic, Surface
 
 Point = tuple[Scalar, Scalar]
@@ -43,7 +44,8 @@ class Reflection:
 
     ``direction`` is +1 if the mirror faces down (direct, secondary), -1 if up (primary). ``half_tangents`` belong to
     the zone's two ends at the conic's focus; ``crossing_height`` is where the light then crosses the axis, None if
-    it does not.
+    it does not. ``face_widths`` are the half-widths of the light along R on the face at the two ends, and
+    ``crossing_width`` the larger of those across the axis where the light crosses it: zero for chief rays alone.
     """
 
     mirror: str
@@ -51,19 +53,24 @@ class Reflection:
     conic: FocalConic
     half_tangents: tuple[Scalar, Scalar]
     crossing_height: Scalar | None
+    face_widths: tuple[Scalar, Scalar] = (0.0, 0.0)
+    crossing_width: Scalar = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class OpticalPath:
     """A view from the pinhole to the world; index 0 is the zone's inner end, index 1 its outer end.
 
-    ``slopes`` are tan(phi) of the two ends at the effective viewpoint.
+    ``slopes`` are tan(phi) of the two ends at the effective viewpoint. ``pupil_radius`` is the half-width of the
+    light at the pinhole, ``world_widths`` are those of the two ends beyond the last mirror, across the ray.
     """
 
     view: str
     viewpoint: Scalar
     slopes: tuple[Scalar, Scalar]
     reflections: tuple[Reflection, ...]
+    pupil_radius: Scalar = 0.0
+    world_widths: tuple[Scalar, Scalar] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +120,10 @@ class Leg:
 
 @dataclass(frozen=True, slots=True)
 class PlacedMirror:
-    """A mirror with its clear aperture; ``direction`` is +1 if it faces down."""
+    """A mirror with its clear aperture; ``direction`` is +1 if it faces down.
+
+    ``used_radii`` are those of the chief rays at the zone's ends.
+    """
 
     name: str
     direction: int
@@ -188,30 +198,46 @@ def _place_mirror(reflection: Reflection, side: int, surroundings: Surroundings)
         direction=reflection.direction,
         surface=reflection.conic.surface,
         used_radii=(used[0], used[1]),
-        inner_radius=maximum(used[0] - surroundings.edge_margin, 0.0),
-        outer_radius=used[1] + surroundings.edge_margin,
+        inner_radius=maximum(used[0] - reflection.face_widths[0] - surroundings.edge_margin, 0.0),
+        outer_radius=used[1] + reflection.face_widths[1] + surroundings.edge_margin,
         thickness=surroundings.substrate_thickness,
     )
 
 
 def _legs_of(path: OpticalPath, sides: dict[str, int], surfaces: dict[str, Surface], reach_radius: Scalar) -> list[Leg]:
-    ends = [("pinhole", LegEnd(((0.0, 0.0), (0.0, 0.0))))]
+    first_side = sides[path.reflections[0].mirror]
+    ends = [("pinhole", LegEnd(_across(first_side * path.pupil_radius, 0.0)))]
     for reflection in path.reflections:
-        points = (
-            reflection.conic.point(reflection.half_tangents[0]),
-            reflection.conic.point(reflection.half_tangents[1]),
-        )
-        mirror = reflection.mirror
-        ends.append((mirror, LegEnd(points, mirror, sides[mirror], surfaces[mirror])))
+        mirror, (inner_width, outer_width) = reflection.mirror, reflection.face_widths
+        side, surface = sides[mirror], surfaces[mirror]
+        inner, outer = (reflection.conic.point(tangent)[0] for tangent in reflection.half_tangents)
+        edges = (inner - side * inner_width, outer + side * outer_width)
+        points = ((edges[0], surface.height(edges[0])), (edges[1], surface.height(edges[1])))
+        ends.append((mirror, LegEnd(points, mirror, side, surface)))
         if reflection.crossing_height is not None:
-            crossing = (0.0, reflection.crossing_height)
-            ends.append((f"focus after {mirror}", LegEnd((crossing, crossing))))
-    world = tuple((reach_radius, path.viewpoint + reach_radius * slope) for slope in path.slopes)
-    ends.append(("world", LegEnd((world[0], world[1]))))
+            crossing = _across(reflection.crossing_width, reflection.crossing_height)
+            ends.append((f"focus after {mirror}", LegEnd(crossing)))
+    ends.append(("world", LegEnd(_world_points(path, reach_radius))))
     return [
         Leg(path.view, f"{start_name} -> {end_name}", start, end)
         for (start_name, start), (end_name, end) in pairwise(ends)
     ]
+
+
+def _across(half_width: Scalar, height: Scalar) -> tuple[Point, Point]:
+    """Two points on either side of the axis at one height."""
+    return (-half_width, height), (half_width, height)
+
+
+def _world_points(path: OpticalPath, reach_radius: Scalar) -> tuple[Point, Point]:
+    """Where the light's edges at the two ends are at the reach radius, each on the side away from the other end."""
+    first, second = path.slopes
+    points = []
+    for slope, other, width in zip((first, second), (second, first), path.world_widths, strict=True):
+        upwards = where(slope > other, 1.0, -1.0)
+        shift = upwards * width * sqrt(1.0 + slope * slope)
+        points.append((reach_radius, path.viewpoint + reach_radius * slope + shift))
+    return points[0], points[1]
 
 
 def _camera_solids(surroundings: Surroundings) -> tuple[Solid, Solid]:

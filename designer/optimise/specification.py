@@ -8,12 +8,16 @@ from dataclasses import astuple, dataclass, fields
 from designer.optics.backend import Scalar
 from designer.requirement import Lens, Requirement
 
+# Blurs that bound nothing.
+MOST_BLUR_PX, MOST_BLUR_DEG = 1e6, 90.0
+
 
 @dataclass(frozen=True, slots=True)
 class Specification:
     """Every number of a requirement that geometry depends on, for one of its lenses; mm and radians.
 
-    The ranges of baseline and principal distance are not here: they bound variables.
+    The ranges of baseline, focal length, focus and f-number are not here: they bound variables. Blurs are diameters,
+    on the sensor and as an angle in the scene.
     """
 
     elevation_low: Scalar
@@ -27,6 +31,8 @@ class Specification:
     pixel_pitch: Scalar
     zone_gap: Scalar
     noise: Scalar
+    largest_blur: Scalar
+    largest_blur_angle: Scalar
     nearest_mirror: Scalar
     body_radius: Scalar
     lens_radius: Scalar
@@ -64,6 +70,9 @@ def specification_of(requirement: Requirement, lens: Lens) -> Specification:
         pixel_pitch=camera.pixel_pitch_mm,
         zone_gap=manufacture.zone_gap_px * camera.pixel_pitch_mm,
         noise=requirement.noise_px * camera.pixel_pitch_mm,
+        # Finite, since the solver computes with them.
+        largest_blur=min(requirement.sharpness.max_blur_px, MOST_BLUR_PX) * camera.pixel_pitch_mm,
+        largest_blur_angle=math.radians(min(requirement.sharpness.max_blur_deg, MOST_BLUR_DEG)),
         nearest_mirror=camera.nearest_mirror_mm,
         body_radius=camera.body_radius_mm,
         lens_radius=lens.radius_mm,

@@ -9,10 +9,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from designer.evaluate.depth import StereoPair, Volume
-from designer.optics.backend import Scalar, maximum, minimum, tan
+from designer.optics.backend import Scalar, absolute, maximum, minimum, tan
 from designer.optics.conic import FocalConic
+from designer.optics.focus import (
+    Lens,
+    LightPath,
+    chief_ray,
+    light_path_of_layout,
+    reciprocal_along_ray,
+    reciprocal_image_depth,
+)
 from designer.optics.layout import Layout, OpticalPath, PlacedMirror, Reflection, Surroundings, lay_out
-from designer.optics.view import elevation_tangents_of_views, half_angle_tangent
+from designer.optics.view import elevation_tangents_of_views, half_angle_tangent, image_radius_slope
+from designer.optics.width import widened
 from designer.optimise.limit import volume_of
 from designer.optimise.specification import Specification
 from designer.optimise.variants import Variant
@@ -25,6 +34,25 @@ Slopes = tuple[Scalar, Scalar]
 
 
 @dataclass(frozen=True, slots=True)
+class Blur:
+    """The blur of one view at one slope of its range (0 lowest, 1 middle, 2 highest) and one distance.
+
+    ``on_sensor`` is its signed diameter in mm, ``image_scale`` what a radian of elevation measures there on the
+    sensor, mm.
+    """
+
+    view: str
+    place: int
+    on_sensor: Scalar
+    image_scale: Scalar
+
+    @property
+    def in_scene(self) -> Scalar:
+        """The blur as a signed angle of elevation, radians."""
+        return self.on_sensor / self.image_scale
+
+
+@dataclass(frozen=True, slots=True)
 class System:
     """A system put together: what constraints and goals are evaluated on.
 
@@ -34,8 +62,12 @@ class System:
         What it was put together from.
     slopes
         Lowest and highest tan(phi) that each view needs, by the view's name.
+    lens
+        The lens as it is focused and stopped down.
+    light
+        What focusing needs of each view, by its name.
     paths
-        The lower and the upper view's path.
+        The lower and the upper view's path, as wide as the light of the full pupil.
     layout
         Mirrors, legs of light and solids.
     """
@@ -44,8 +76,43 @@ class System:
     values: Values
     specification: Specification
     slopes: Mapping[str, Slopes]
+    lens: Lens
+    light: Mapping[str, LightPath]
     paths: tuple[OpticalPath, OpticalPath]
     layout: Layout
+
+    @property
+    def blurs(self) -> tuple[Blur, ...]:
+        """The blur of both views at the ends and the middle of their elevations, near and far."""
+        return tuple(blur for view in self.light for place in range(3) for blur in self._blurs_at(view, place))
+
+    @property
+    def reciprocal_image_depths(self) -> tuple[Scalar, ...]:
+        """1 / z_V in 1/mm of the virtual images of both views at the ends and the middle, near and far."""
+        return tuple(
+            reciprocal_image_depth(chief_ray(path, slope), reciprocal_along_ray(slope, distance))
+            for view, path in self.light.items()
+            for slope in _sampled(self.slopes[view])
+            for distance in (self.specification.distance_near, self.specification.distance_far)
+        )
+
+    def largest_blur_at_end(self, view: str, end: int) -> Scalar:
+        """Diameter on the sensor of the larger blur, near or far, at a zone's inner (0) or outer (1) end, mm."""
+        # A folded view has its highest elevation inside.
+        is_highest = (end == 1) == (self.light[view].sense == "direct")
+        near, far = self._blurs_at(view, 2 if is_highest else 0)
+        return maximum(absolute(near.on_sensor), absolute(far.on_sensor))
+
+    def _blurs_at(self, view: str, place: int) -> tuple[Blur, Blur]:
+        path, asked = self.light[view], self.specification
+        slope = _sampled(self.slopes[view])[place]
+        ray = chief_ray(path, slope)
+        scale = absolute(image_radius_slope(slope, path.gain, self.lens.principal_distance, path.sense))
+        near, far = (
+            self.lens.blur(reciprocal_image_depth(ray, reciprocal_along_ray(slope, distance)))
+            for distance in (asked.distance_near, asked.distance_far)
+        )
+        return Blur(view, place, near, scale), Blur(view, place, far, scale)
 
     @property
     def pair(self) -> StereoPair:
@@ -83,15 +150,19 @@ class System:
 def put_together(variant: Variant, values: Values, specification: Specification) -> System:
     """Put a system together; the secondary's variables are ignored for direct configurations."""
     slopes = _needed_slopes(values, specification)
-    paths = _paths(variant, values, slopes)
+    lens = Lens(values["principal_distance"], values["f_number"], values["reciprocal_focus"])
+    chief = _paths(variant, values, slopes)
+    light = {
+        path.view: light_path_of_layout(path, values[f"{path.view}_gain"], variant.sense(path.view)) for path in chief
+    }
+    distances = (specification.distance_near, specification.distance_far)
+    paths = tuple(widened(path, light[path.view], lens, distances) for path in chief)
     layout = lay_out(paths, _sides(variant), _surroundings(specification))
-    return System(variant, values, specification, slopes, paths, layout)
+    return System(variant, values, specification, slopes, lens, light, (paths[0], paths[1]), layout)
 
 
-def enclosure(variant: Variant, values: Values, specification: Specification) -> dict[str, Scalar]:
+def enclosure(layout: Layout, specification: Specification) -> dict[str, Scalar]:
     """Top, bottom and radius of a mirror system as they are (design notes, section 4), for floats and arrays."""
-    paths = _paths(variant, values, _needed_slopes(values, specification))
-    layout = lay_out(paths, _sides(variant), _surroundings(specification))
     heights = [height for mirror in layout.mirrors for height in _extreme_heights(mirror)]
     top, bottom, radius = heights[0], specification.lens_front, layout.mirrors[0].outer_radius
     for height in heights:
@@ -106,6 +177,11 @@ def zone_tangents(variant: Variant, view: str, slopes: Slopes) -> tuple[Scalar, 
     sense = variant.sense(view)
     inner, outer = slopes if sense == "direct" else (slopes[1], slopes[0])
     return half_angle_tangent(inner, sense), half_angle_tangent(outer, sense)
+
+
+def _sampled(slopes: Slopes) -> tuple[Scalar, Scalar, Scalar]:
+    """Lowest, middle and highest slope."""
+    return slopes[0], (slopes[0] + slopes[1]) / 2.0, slopes[1]
 
 
 def _needed_slopes(values: Values, specification: Specification) -> dict[str, Slopes]:

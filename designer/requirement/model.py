@@ -19,6 +19,7 @@ from designer.requirement.fixed import Fixed
 from designer.requirement.part import METRES, NumberOrRange, Part, ends
 from designer.requirement.quantity import Choice, Quantity, refuse
 from designer.requirement.selection import select_configurations
+from designer.requirement.sharpness import Sharpness
 from designer.requirement.space import Envelope, Manufacture, WorkingVolume
 
 # What differs by more cannot be met to the solver's tolerance either.
@@ -157,6 +158,7 @@ class Requirement(Part):
     working_volume: WorkingVolume
     envelope: Envelope
     camera: Camera
+    sharpness: Annotated[Sharpness, Field(default=Sharpness())]
     manufacture: Annotated[Manufacture, Field(default=Manufacture())]
     objective: Annotated[Objective, Field(default=Objective())]
     fixed: Annotated[Fixed, Field(default=Fixed())]

@@ -46,7 +46,7 @@ def record_of(requirement: Requirement, best: Candidate) -> Design:
         {
             "configuration": variant.configuration.name,
             "variant": describe_variant(best, layout),
-            "camera": _camera(requirement, best.lens, values["principal_distance"]),
+            "camera": _camera(requirement, best.lens, values),
             "mirrors": [_mirror(mirrors[name], kinds[name], requirement) for name in kinds],
             "views": _views(best),
             "baseline_mm": values["baseline"],
@@ -60,6 +60,7 @@ def record_of(requirement: Requirement, best: Candidate) -> Design:
             "zone_gap_px": requirement.manufacture.zone_gap_px,
             "clearance_mm": requirement.manufacture.clearance_mm,
             "edge_margin_mm": requirement.manufacture.edge_margin_mm,
+            "sharpness": _finite(requirement.sharpness.model_dump()),
         }
     )
 
@@ -87,18 +88,16 @@ def _number(value: Any) -> float:
     return float(np.ravel(value)[0])
 
 
-def _camera(requirement: Requirement, lens: Lens, principal_distance: float) -> Camera:
+def _camera(requirement: Requirement, lens: Lens, values: dict[str, float]) -> Camera:
     camera = requirement.camera
-    # f u / (f + u) undoes f0 u / (u - f0) but for the last digit: what was asked for is written as it was asked for.
-    shortest, longest = lens.focal_lengths_mm
-    nominal = min(max(principal_distance / (1.0 + principal_distance / lens.focus_distance_mm), shortest), longest)
+    reciprocal_focus = values["reciprocal_focus"]
     return Camera.model_validate(
         {
-            "focal_length_mm": principal_distance,
+            "focal_length_mm": values["principal_distance"],
             "pixel_pitch_mm": camera.pixel_pitch_mm,
             "width_px": camera.width_px,
             "height_px": camera.height_px,
-            "f_number": lens.f_number,
+            "f_number": values["f_number"],
             "lens_radius_mm": lens.radius_mm,
             "lens_front_mm": lens.front_mm,
             "lens_length_mm": lens.length_mm,
@@ -106,10 +105,15 @@ def _camera(requirement: Requirement, lens: Lens, principal_distance: float) -> 
             "image_circle_radius_px": camera.image_circle_radius_px,
             "name": camera.name,
             "lens": lens.name,
-            "nominal_focal_length_mm": nominal,
-            "focus_distance_mm": lens.focus_distance_mm if math.isfinite(lens.focus_distance_mm) else None,
+            "nominal_focal_length_mm": values["focal_length"],
+            "focus_distance_mm": 1.0 / reciprocal_focus if reciprocal_focus else None,
         }
     )
+
+
+def _finite(values: dict[str, float]) -> dict[str, float | None]:
+    """Numbers as JSON holds them: None where there is no limit."""
+    return {name: value if math.isfinite(value) else None for name, value in values.items()}
 
 
 def _mirror(mirror: PlacedMirror, kind: MirrorKind, requirement: Requirement) -> Mirror:
