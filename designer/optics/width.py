@@ -11,27 +11,30 @@ from __future__ import annotations
 from dataclasses import replace
 
 from designer.optics.backend import Scalar, absolute, maximum, sqrt
-from designer.optics.focus import ChiefRay, Lens, LightPath, LightWidth, chief_ray, light_width, reciprocal_along_ray
+from designer.optics.focus import ChiefRay, LightWidth, light_width, reciprocal_along_ray
 from designer.optics.layout import OpticalPath, Reflection
 
 
-def widened(path: OpticalPath, light: LightPath, lens: Lens, distances: tuple[Scalar, Scalar]) -> OpticalPath:
+def widened(
+    path: OpticalPath,
+    rays: tuple[ChiefRay, ChiefRay],
+    pupil_radius: Scalar,
+    distances: tuple[Scalar, Scalar],
+) -> OpticalPath:
     """A path of chief rays with the half-widths of the light at both ends of its zone.
 
     Parameters
     ----------
-    path, light
-        The same view, as layout and as focusing have it.
-    lens
-        The lens, focused and stopped down.
+    rays
+        The chief rays at the zone's inner and outer end.
+    pupil_radius
+        Radius of the entrance pupil.
     distances
         Nearest and farthest distance of the scene from the axis.
     """
-    pupil_radius = lens.pupil_diameter / 2.0
-    rays = [chief_ray(light, slope) for slope in path.slopes]
     widths = [
-        [light_width(ray, reciprocal_along_ray(slope, distance), pupil_radius) for distance in distances]
-        for ray, slope in zip(rays, path.slopes, strict=True)
+        [light_width(ray, reciprocal_along_ray(ray.slope, distance), pupil_radius) for distance in distances]
+        for ray in rays
     ]
     reflections = tuple(
         replace(
@@ -57,7 +60,11 @@ def _across(widths: list[LightWidth], place: int) -> Scalar:
 
 
 def _at_crossing(
-    path: OpticalPath, rays: list[ChiefRay], widths: list[list[LightWidth]], place: int, reflection: Reflection
+    path: OpticalPath,
+    rays: tuple[ChiefRay, ChiefRay],
+    widths: list[list[LightWidth]],
+    place: int,
+    reflection: Reflection,
 ) -> Scalar:
     """The half-width along R at the height at which the chief rays cross the axis; zero where they do not."""
     if reflection.crossing_height is None:

@@ -41,7 +41,7 @@ def draw(
 def _focused(problem: Problem, values: dict[str, Array]) -> dict[str, Array]:
     """The designs focused midway between their virtual images, as far as the lens can; a random focus blurs all."""
     low, high = problem.bounds["reciprocal_focus"].low, problem.bounds["reciprocal_focus"].high
-    depths = put_together(problem.variant, values, problem.specification).reciprocal_image_depths
+    depths = [blur.reciprocal_depth for blur in put_together(problem.variant, values, problem.specification).blurs]
     middle = (np.max(depths, axis=0) + np.min(depths, axis=0)) / 2.0
     best = np.clip(np.where(np.isfinite(middle), middle, low), low, high)
     return with_principal_distance(values | {"reciprocal_focus": best})

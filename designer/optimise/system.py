@@ -12,6 +12,7 @@ from designer.evaluate.depth import StereoPair, Volume
 from designer.optics.backend import Scalar, absolute, maximum, minimum, tan
 from designer.optics.conic import FocalConic
 from designer.optics.focus import (
+    ChiefRay,
     Lens,
     LightPath,
     chief_ray,
@@ -37,12 +38,13 @@ Slopes = tuple[Scalar, Scalar]
 class Blur:
     """The blur of one view at one slope of its range (0 lowest, 1 middle, 2 highest) and one distance.
 
-    ``on_sensor`` is its signed diameter in mm, ``image_scale`` what a radian of elevation measures there on the
-    sensor, mm.
+    ``reciprocal_depth`` is 1 / z_V of the virtual image in 1/mm, ``on_sensor`` the signed diameter of the blur in mm,
+    ``image_scale`` what a radian of elevation measures there on the sensor, mm.
     """
 
     view: str
     place: int
+    reciprocal_depth: Scalar
     on_sensor: Scalar
     image_scale: Scalar
 
@@ -64,8 +66,8 @@ class System:
         Lowest and highest tan(phi) that each view needs, by the view's name.
     lens
         The lens as it is focused and stopped down.
-    light
-        What focusing needs of each view, by its name.
+    blurs
+        The blur of both views at the ends and the middle of their elevations, near and far.
     paths
         The lower and the upper view's path, as wide as the light of the full pupil.
     layout
@@ -77,42 +79,16 @@ class System:
     specification: Specification
     slopes: Mapping[str, Slopes]
     lens: Lens
-    light: Mapping[str, LightPath]
+    blurs: tuple[Blur, ...]
     paths: tuple[OpticalPath, OpticalPath]
     layout: Layout
-
-    @property
-    def blurs(self) -> tuple[Blur, ...]:
-        """The blur of both views at the ends and the middle of their elevations, near and far."""
-        return tuple(blur for view in self.light for place in range(3) for blur in self._blurs_at(view, place))
-
-    @property
-    def reciprocal_image_depths(self) -> tuple[Scalar, ...]:
-        """1 / z_V in 1/mm of the virtual images of both views at the ends and the middle, near and far."""
-        return tuple(
-            reciprocal_image_depth(chief_ray(path, slope), reciprocal_along_ray(slope, distance))
-            for view, path in self.light.items()
-            for slope in _sampled(self.slopes[view])
-            for distance in (self.specification.distance_near, self.specification.distance_far)
-        )
 
     def largest_blur_at_end(self, view: str, end: int) -> Scalar:
         """Diameter on the sensor of the larger blur, near or far, at a zone's inner (0) or outer (1) end, mm."""
         # A folded view has its highest elevation inside.
-        is_highest = (end == 1) == (self.light[view].sense == "direct")
-        near, far = self._blurs_at(view, 2 if is_highest else 0)
+        place = 2 if (end == 1) == (self.variant.sense(view) == "direct") else 0
+        near, far = (blur for blur in self.blurs if blur.view == view and blur.place == place)
         return maximum(absolute(near.on_sensor), absolute(far.on_sensor))
-
-    def _blurs_at(self, view: str, place: int) -> tuple[Blur, Blur]:
-        path, asked = self.light[view], self.specification
-        slope = _sampled(self.slopes[view])[place]
-        ray = chief_ray(path, slope)
-        scale = absolute(image_radius_slope(slope, path.gain, self.lens.principal_distance, path.sense))
-        near, far = (
-            self.lens.blur(reciprocal_image_depth(ray, reciprocal_along_ray(slope, distance)))
-            for distance in (asked.distance_near, asked.distance_far)
-        )
-        return Blur(view, place, near, scale), Blur(view, place, far, scale)
 
     @property
     def pair(self) -> StereoPair:
@@ -151,14 +127,27 @@ def put_together(variant: Variant, values: Values, specification: Specification)
     """Put a system together; the secondary's variables are ignored for direct configurations."""
     slopes = _needed_slopes(values, specification)
     lens = Lens(values["principal_distance"], values["f_number"], values["reciprocal_focus"])
-    chief = _paths(variant, values, slopes)
-    light = {
-        path.view: light_path_of_layout(path, values[f"{path.view}_gain"], variant.sense(path.view)) for path in chief
-    }
     distances = (specification.distance_near, specification.distance_far)
-    paths = tuple(widened(path, light[path.view], lens, distances) for path in chief)
-    layout = lay_out(paths, _sides(variant), _surroundings(specification))
-    return System(variant, values, specification, slopes, lens, light, (paths[0], paths[1]), layout)
+    paths, blurs = [], []
+    for chief in _paths(variant, values, slopes):
+        light = light_path_of_layout(chief, values[f"{chief.view}_gain"], variant.sense(chief.view))
+        rays = [chief_ray(light, slope) for slope in _sampled(slopes[chief.view])]
+        ends = (rays[0], rays[2]) if light.sense == "direct" else (rays[2], rays[0])
+        paths.append(widened(chief, ends, lens.pupil_diameter / 2.0, distances))
+        blurs += [
+            blur for place, ray in enumerate(rays) for blur in _blurs(chief.view, place, light, ray, lens, distances)
+        ]
+    layout = lay_out(tuple(paths), _sides(variant), _surroundings(specification))
+    return System(variant, values, specification, slopes, lens, tuple(blurs), (paths[0], paths[1]), layout)
+
+
+def _blurs(
+    view: str, place: int, light: LightPath, ray: ChiefRay, lens: Lens, distances: tuple[Scalar, Scalar]
+) -> list[Blur]:
+    """The blur along one chief ray, near and far."""
+    scale = absolute(image_radius_slope(ray.slope, light.gain, lens.principal_distance, light.sense))
+    depths = [reciprocal_image_depth(ray, reciprocal_along_ray(ray.slope, distance)) for distance in distances]
+    return [Blur(view, place, depth, lens.blur(depth), scale) for depth in depths]
 
 
 def enclosure(layout: Layout, specification: Specification) -> dict[str, Scalar]:
