@@ -146,8 +146,8 @@ def mirror_power(vertex_distance: Scalar, tangent_ratio: Scalar, half_tangent: S
     """Power in 1/mm of a conic along a chief ray through its foci, the same tangentially and sagittally.
 
     P = 1 / rho_A - 1 / rho_B = (1 - mu) (1 - mu t^2)^2 / (v (1 + t^2) (1 + mu^2 t^2)): positive for a concave mirror,
-    zero for a plane (mu = 1), finite for a paraboloid (mu = 0). Written from the focus on the mirror's pinhole side;
-    from its world side the sign is the opposite.
+    zero for a plane (mu = 1), finite for a paraboloid (mu = 0). This is the sign of a mirror that faces down; one that
+    faces up has the opposite, whichever of its foci v counts from.
     """
     squared = half_tangent * half_tangent
     reach = 1.0 - tangent_ratio * squared
@@ -162,11 +162,14 @@ def chief_ray(path: LightPath, slope: Scalar) -> ChiefRay:
     tangents = _half_tangents(path.mirrors, at_pinhole, at_viewpoint)
     points: list[Point] = []
     powers: list[Scalar] = []
-    for mirror, tangent in zip(path.mirrors, tangents, strict=True):
+    for place, (mirror, tangent) in enumerate(zip(path.mirrors, tangents, strict=True)):
+        # Mirrors face down and up in turn. Light that goes down at a focus has its angle counted from -z.
+        faces_down = place % 2 == 0
+        goes_up = faces_down != mirror.from_world
         vertex_distance, ratio = _vertex_distance_and_ratio(mirror.conic)
-        points.append(mirror.conic.point(tangent))
+        points.append(mirror.conic.point(tangent if goes_up else -tangent))
         power = mirror_power(vertex_distance, ratio, tangent)
-        powers.append(-power if mirror.from_world else power)
+        powers.append(power if faces_down else -power)
 
     squared = at_pinhole * at_pinhole
     directions: list[Point] = [(2.0 * at_pinhole / (1.0 + squared), (1.0 - squared) / (1.0 + squared))]
