@@ -1,8 +1,8 @@
 """Where the lens must focus, and how wide the light of a scene point is: first order about a chief ray.
 
 A chief ray passes through both foci of every mirror that it meets, and there a conic has the same power in the
-tangential and in the sagittal plane, 2 / (R_t cos i) = 2 cos i / R_s: narrow pencils stay free of astigmatism at
-every elevation. One chain of heights h and slopes theta about the chief ray therefore says everything. World inwards,
+tangential and in the sagittal plane, 2 / (R_t cos i) = 2 cos i / R_s (Coddington's equations): narrow pencils stay free
+of astigmatism at every elevation. One chain of heights h and slopes theta about the chief ray therefore says everything. World inwards,
 with the scene point at distance L from the viewpoint and rho_F the distance from the viewpoint to the last mirror:
 
     at the last mirror   h = 1 - rho_F / L,   theta = 1 / L
@@ -11,7 +11,7 @@ with the scene point at distance L from the viewpoint and rho_F the distance fro
     at the pinhole       1 / V = theta / h,   1 / z_V = (1 / V) / cos(psi)
 
 V is the distance of the virtual image from the pinhole along the chief ray, z_V its depth along the axis. All
-distances enter as reciprocals: V and L may be infinite (docs/theory.md, the lens).
+distances enter as reciprocals: V and L may be infinite.
 
 Every function takes floats, NumPy arrays or CasADi symbols; lengths in mm, angles in radians, reciprocals in 1/mm.
 """
@@ -251,6 +251,11 @@ def light_path_of_design(design: Design, view_name: str) -> LightPath:
 
     Vertices and curvatures come from the mirrors, the foci from the pinhole and the recorded viewpoint: for a design
     that is not confocal this says what a confocal one with the same curvatures would do.
+
+    Raises
+    ------
+    ValueError
+        The view has more than two mirrors, whose foci no record holds.
     """
     view = getattr(design.views, view_name)
     if len(view.path) > 2:
