@@ -2,8 +2,9 @@
 
 A chief ray passes through both foci of every mirror that it meets, and there a conic has the same power in the
 tangential and in the sagittal plane, 2 / (R_t cos i) = 2 cos i / R_s (Coddington's equations): narrow pencils stay free
-of astigmatism at every elevation. One chain of heights h and slopes theta about the chief ray therefore says everything. World inwards,
-with the scene point at distance L from the viewpoint and rho_F the distance from the viewpoint to the last mirror:
+of astigmatism at every elevation. One chain of heights h and slopes theta about the chief ray therefore says
+everything. World inwards, with the scene point at distance L from the viewpoint and rho_F the distance from the
+viewpoint to the last mirror:
 
     at the last mirror   h = 1 - rho_F / L,   theta = 1 / L
     at a mirror          theta -= P h

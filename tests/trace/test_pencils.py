@@ -94,7 +94,7 @@ def test_pencils_of_any_direct_mirror(design, distance):
 
 
 @given(design=folded_designs(), distance=st.floats(150.0, 1e4))
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
 def test_pencils_of_any_folded_pair(design, distance):
     assert_drawn_pencils_agree(design, "lower", distance)
 
