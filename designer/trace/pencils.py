@@ -61,9 +61,9 @@ class PencilImages:
     """Virtual images of scene points at elevations (n) and distances (k), by close pencils.
 
     ``psi`` (n,) are the pinhole angles of the chief rays; ``tangential`` and ``sagittal`` (n, k) the reciprocal
-    distances 1/V in 1/mm from the pinhole along them, positive ahead of the lens. ``uncertainty`` (n, k) in 1/mm is what
-    extrapolation to pencils of no width has changed in either, which is far more than what it has left. NaN where no
-    ray leaves at the elevation.
+    distances 1/V in 1/mm from the pinhole along them, positive ahead of the lens. ``uncertainty`` (n, k) in 1/mm is
+    what extrapolation to pencils of no width has changed in either, which is far more than what it has left. NaN where
+    no ray leaves at the elevation.
     """
 
     psi: Array

@@ -22,7 +22,7 @@ from designer.trace.instrument import build_instrument
 from designer.trace.pencils import DISC_RMS_PER_DIAMETER, pencil_images, pupil_places, trace_bundles
 from designer.trace.sequential import trace_sequential
 from support.closed_forms import convex_ellipsoid_pair, direct_ellipsoid_pair, folded_hypl_hy, paraboloid_pair
-from support.drawn_designs import direct_design, direct_designs, folded_designs
+from support.drawn_designs import direct_design, direct_designs, folded_design, folded_designs, kind_of
 from support.studied_designs import NAMES, studied_design
 
 VIEWS = ("upper", "lower")
@@ -72,6 +72,21 @@ def assert_drawn_pencils_agree(design: Design, view: str, distance: float) -> No
     assert_pencils_agree(design, view, elevations, np.array([distance, np.inf]))
 
 
+@pytest.mark.parametrize(
+    ("gain", "ratio", "viewpoint", "elevations", "kinds"),
+    [
+        (0.2, 5.0, -30.0, (20.0, 35.0), ("convex hyperboloid", "plane")),
+        (-0.2, -5.0, -30.0, (20.0, 35.0), ("concave ellipsoid", "plane")),
+        (0.14, -0.8, -30.0, (-10.0, 8.0), ("concave ellipsoid", "concave ellipsoid")),
+        (0.07, -0.22, 11.0, (-16.0, 16.0), ("concave ellipsoid", "convex ellipsoid")),
+    ],
+)
+def test_pencils_of_pairs_that_are_seldom_drawn(gain, ratio, viewpoint, elevations, kinds):
+    design = folded_design(gain, ratio, 90.0, viewpoint, elevations)
+    assert tuple(kind_of(design, name) for name in ("secondary", "primary")) == kinds
+    assert_pencils_agree(design, "lower", np.linspace(*elevations, 5), np.array([300.0, np.inf]))
+
+
 @given(design=direct_designs(), distance=st.floats(150.0, 1e4))
 @settings(max_examples=60, deadline=None)
 def test_pencils_of_any_direct_mirror(design, distance):
@@ -79,7 +94,7 @@ def test_pencils_of_any_direct_mirror(design, distance):
 
 
 @given(design=folded_designs(), distance=st.floats(150.0, 1e4))
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
 def test_pencils_of_any_folded_pair(design, distance):
     assert_drawn_pencils_agree(design, "lower", distance)
 
