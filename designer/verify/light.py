@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.design import Design
+from designer.trace.aiming import pinhole_angles, widest_pinhole_angle
 from designer.trace.conics import Array
 from designer.trace.first_hit import PathReport, Status, compare_with_path, trace_first_hits
 from designer.trace.instrument import Instrument, build_instrument
@@ -22,6 +23,8 @@ from designer.trace.pencils import DISC_RMS_PER_DIAMETER, Bundles, pupil_places,
 
 # 216 rays through the pupil: one of them is half a percent of the light.
 RINGS = 6
+# Rays this far apart in elevation measure how finely a view resolves.
+STEP_DEG = 1e-3
 # Rings across an image zone, narrower towards its ends, where the views mix.
 ZONE_CELLS = 16
 
@@ -38,7 +41,8 @@ class ViewLight:
 
     ``mixed_at_ends`` are the shares of the light at the image points of the lowest and of the highest elevation that
     belong to the other view, among all that comes through either; ``mixed_in_zone`` the same over the whole zone
-    between them. NaN if no light of either view comes there.
+    between them. NaN if no light of either view comes there. ``pixels_per_degree`` (n,) is what a degree of elevation
+    measures along the radius, by traced rays.
     """
 
     elevations_deg: tuple[float, ...]
@@ -48,6 +52,12 @@ class ViewLight:
     blur_px: Array
     mixed_at_ends: tuple[float, float]
     mixed_in_zone: float
+    pixels_per_degree: Array
+
+    @property
+    def blur_deg(self) -> Array:
+        """Blurs as angles of elevation in the scene, (n, k)."""
+        return np.asarray(self.blur_px / self.pixels_per_degree[:, None])
 
     @property
     def least_arriving(self) -> float:
@@ -148,7 +158,17 @@ def _view_light(
         blur_px=rms / DISC_RMS_PER_DIAMETER / camera.pixel_pitch_mm,
         mixed_at_ends=at_ends,
         mixed_in_zone=in_zone,
+        pixels_per_degree=_pixels_per_degree(design, instrument, path, np.array([low, (low + high) / 2.0, high])),
     )
+
+
+def _pixels_per_degree(design: Design, instrument: Instrument, path: tuple[int, ...], elevations_deg: Array) -> Array:
+    """Pixels along the radius per degree of elevation, (n,), from rays that leave on either side of each elevation."""
+    camera = design.camera
+    beside = np.radians(elevations_deg[:, None] + STEP_DEG * np.array([-0.5, 0.5]))
+    psi = pinhole_angles(instrument, path, beside.ravel(), widest_pinhole_angle(design)).reshape(beside.shape)
+    radius_px = camera.focal_length_mm / camera.pixel_pitch_mm * np.tan(psi)
+    return np.asarray(np.abs(radius_px[:, 1] - radius_px[:, 0]) / STEP_DEG)
 
 
 def _mixing(
