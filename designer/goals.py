@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from designer.evaluate.depth import StereoPair, Volume, depth_error_rms
+from designer.evaluate.depth import NoiseModel, StereoPair, Volume, depth_error_rms
 from designer.optics.backend import Scalar, sqrt
 from designer.optics.layout import Layout
 
@@ -39,8 +39,8 @@ class MeasurableSystem(Protocol):
         """The working volume."""
 
     @property
-    def noise(self) -> Scalar:
-        """Standard deviation of an image point in each view, mm on the sensor."""
+    def noise(self) -> NoiseModel:
+        """Standard deviation of an image point in each view, mm on the sensor, wherever it lies."""
 
     @property
     def blurs(self) -> tuple[MeasurableBlur, ...]:

@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from designer.evaluate.depth import StereoPair, Volume
+from designer.evaluate.depth import NoiseModel, StereoPair, Volume
+from designer.evaluate.predicted_noise import noise_model
 from designer.optics.backend import Scalar, absolute, maximum, minimum, tan
 from designer.optics.conic import FocalConic
 from designer.optics.focus import (
@@ -23,7 +24,7 @@ from designer.optics.focus import (
 from designer.optics.layout import Layout, OpticalPath, PlacedMirror, Reflection, Surroundings, lay_out
 from designer.optics.view import elevation_tangents_of_views, half_angle_tangent, image_radius_slope
 from designer.optics.width import widened
-from designer.optimise.limit import volume_of
+from designer.optimise.limit import conditions_of, volume_of
 from designer.optimise.specification import Specification
 from designer.optimise.variants import Variant
 
@@ -66,6 +67,8 @@ class System:
         Lowest and highest tan(phi) that each view needs, by the view's name.
     lens
         The lens as it is focused and stopped down.
+    light
+        What focusing needs of each view, by its name.
     blurs
         The blur of both views at the ends and the middle of their elevations, near and far.
     paths
@@ -79,6 +82,7 @@ class System:
     specification: Specification
     slopes: Mapping[str, Slopes]
     lens: Lens
+    light: Mapping[str, LightPath]
     blurs: tuple[Blur, ...]
     paths: tuple[OpticalPath, OpticalPath]
     layout: Layout
@@ -108,9 +112,9 @@ class System:
         return volume_of(self.specification)
 
     @property
-    def noise(self) -> Scalar:
-        """Standard deviation of an image point in each view, mm on the sensor."""
-        return self.specification.noise
+    def noise(self) -> NoiseModel:
+        """Standard deviation of an image point in each view, mm on the sensor, wherever it lies."""
+        return noise_model(conditions_of(self.specification), self.pair, self.lens, self.light)
 
     @property
     def height(self) -> Scalar:
@@ -128,9 +132,10 @@ def put_together(variant: Variant, values: Values, specification: Specification)
     slopes = _needed_slopes(values, specification)
     lens = Lens(values["principal_distance"], values["f_number"], values["reciprocal_focus"])
     distances = (specification.distance_near, specification.distance_far)
-    paths, blurs = [], []
+    paths, blurs, light_paths = [], [], {}
     for chief in _paths(variant, values, slopes):
         light = light_path_of_layout(chief, values[f"{chief.view}_gain"], variant.sense(chief.view))
+        light_paths[chief.view] = light
         rays = [chief_ray(light, slope) for slope in _sampled(slopes[chief.view])]
         ends = (rays[0], rays[2]) if light.sense == "direct" else (rays[2], rays[0])
         paths.append(widened(chief, ends, lens.pupil_diameter / 2.0, distances))
@@ -138,7 +143,7 @@ def put_together(variant: Variant, values: Values, specification: Specification)
             blur for place, ray in enumerate(rays) for blur in _blurs(chief.view, place, light, ray, lens, distances)
         ]
     layout = lay_out(tuple(paths), _sides(variant), _surroundings(specification))
-    return System(variant, values, specification, slopes, lens, tuple(blurs), (paths[0], paths[1]), layout)
+    return System(variant, values, specification, slopes, lens, light_paths, tuple(blurs), (paths[0], paths[1]), layout)
 
 
 def _blurs(

@@ -10,15 +10,19 @@ import numpy as np
 
 from designer.configurations import Configuration, MirrorKind
 from designer.design import Camera, Design, Mirror, View, Views, WorkingVolume
-from designer.evaluate.depth import Volume
+from designer.evaluate.depth import Volume, depth_error_rms
 from designer.evaluate.fabrication import mirror_shape
-from designer.evaluate.limit import ImageBounds, arrangement_of, least_limit_over
+from designer.evaluate.limit import ImageBounds, NoiseOfPair, arrangement_of, least_limit_over
+from designer.evaluate.predicted_noise import sharp_noise_model
 from designer.evaluate.score import evaluate_design
 from designer.goals import in_columns
 from designer.optics.layout import Layout, PlacedMirror
 from designer.optics.view import elevation_tangents_of_views
+from designer.optimise.limit import conditions_of
 from designer.optimise.multistart import Candidate
 from designer.optimise.search import SearchResult
+from designer.optimise.specification import specification_of
+from designer.optimise.system import put_together
 from designer.requirement import Lens, Requirement
 
 _KINDS = {
@@ -56,13 +60,23 @@ def record_of(requirement: Requirement, best: Candidate) -> Design:
                 elevation_deg=requirement.working_volume.elevation_deg,
                 distance_mm=requirement.working_volume.distance_mm,
             ),
-            "noise_px": requirement.noise_px,
+            "noise_px": equivalent_noise_px(best),
             "zone_gap_px": requirement.manufacture.zone_gap_px,
             "clearance_mm": requirement.manufacture.clearance_mm,
             "edge_margin_mm": requirement.manufacture.edge_margin_mm,
             "sharpness": _finite(requirement.sharpness.model_dump()),
         }
     )
+
+
+def equivalent_noise_px(best: Candidate) -> float:
+    """The noise that, the same in both views and everywhere, gives the design's depth error, in pixels."""
+    specification = best.problem.specification
+    if not specification.predicted_share:
+        return float(specification.noise / specification.pixel_pitch)
+    system = put_together(best.problem.variant, best.values, specification)
+    per_pixel = float(depth_error_rms(system.pair, system.volume, specification.pixel_pitch))
+    return best.goals["depth_error"] / per_pixel
 
 
 def describe_variant(candidate: Candidate, layout: Layout) -> str:
@@ -183,6 +197,13 @@ def _score(requirement: Requirement, result: SearchResult, record: Design) -> di
     }
 
 
+def _sharp_noise(requirement: Requirement, lens: Lens) -> NoiseOfPair:
+    """The noise of a pair of views with every point in focus."""
+    specification = specification_of(requirement, lens)
+    conditions = conditions_of(specification)
+    return lambda pair: sharp_noise_model(conditions, pair, specification.fastest)
+
+
 def least_limit_of(requirement: Requirement, configuration: Configuration) -> dict[str, float]:
     """The least limit over every baseline and principal distance that the requirement allows, and where it lies.
 
@@ -204,7 +225,7 @@ def least_limit_of(requirement: Requirement, configuration: Configuration) -> di
                     requirement.baseline_range_mm,
                     lens.principal_distances_mm,
                     ImageBounds(camera.image_radius_mm, requirement.manufacture.zone_gap_px * pitch),
-                    requirement.noise_px * pitch,
+                    _sharp_noise(requirement, lens),
                 )
             )
     if not limits:
