@@ -45,7 +45,7 @@ class Reflection:
     ``direction`` is +1 if the mirror faces down (direct, secondary), -1 if up (primary). ``half_tangents`` belong to
     the zone's two ends at the conic's focus; ``crossing_height`` is where the light then crosses the axis, None if
     it does not. ``face_widths`` are the half-widths of the light along R on the face at the two ends, and
-    ``crossing_width`` the larger of those across the axis where the light crosses it: zero for chief rays alone.
+    ``crossing_width`` the larger of those across the ray where it crosses the axis: zero for chief rays alone.
     """
 
     mirror: str
@@ -204,40 +204,77 @@ def _place_mirror(reflection: Reflection, side: int, surroundings: Surroundings)
     )
 
 
+@dataclass(frozen=True, slots=True)
+class _Station:
+    """Where the light of a view is between two legs: the pinhole, a mirror, a crossing of the axis, or far out.
+
+    ``chief`` are the points of the two end rays. ``end`` is what both legs have there; at a crossing it is None, since
+    there the edges of the light of half-width ``width`` lie beside the crossing as seen from each leg's other end.
+    """
+
+    name: str
+    chief: tuple[Point, Point]
+    end: LegEnd | None = None
+    width: Scalar = 0.0
+
+
 def _legs_of(path: OpticalPath, sides: dict[str, int], surfaces: dict[str, Surface], reach_radius: Scalar) -> list[Leg]:
-    first_side = sides[path.reflections[0].mirror]
-    ends = [("pinhole", LegEnd(_across(first_side * path.pupil_radius, 0.0)))]
+    stations = [_pinhole(path, sides)]
     for reflection in path.reflections:
-        mirror, (inner_width, outer_width) = reflection.mirror, reflection.face_widths
-        side, surface = sides[mirror], surfaces[mirror]
-        inner, outer = (reflection.conic.point(tangent)[0] for tangent in reflection.half_tangents)
-        edges = (inner - side * inner_width, outer + side * outer_width)
-        points = ((edges[0], surface.height(edges[0])), (edges[1], surface.height(edges[1])))
-        ends.append((mirror, LegEnd(points, mirror, side, surface)))
+        mirror = reflection.mirror
+        stations.append(_on_mirror(reflection, sides[mirror], surfaces[mirror]))
         if reflection.crossing_height is not None:
-            crossing = _across(reflection.crossing_width, reflection.crossing_height)
-            ends.append((f"focus after {mirror}", LegEnd(crossing)))
-    ends.append(("world", LegEnd(_world_points(path, reach_radius))))
+            crossing = (0.0, reflection.crossing_height)
+            name = f"focus after {mirror}"
+            stations.append(_Station(name, (crossing, crossing), width=reflection.crossing_width))
+    stations.append(_far_out(path, reach_radius))
     return [
-        Leg(path.view, f"{start_name} -> {end_name}", start, end)
-        for (start_name, start), (end_name, end) in pairwise(ends)
+        Leg(path.view, f"{start.name} -> {end.name}", _end_of_leg(start, end), _end_of_leg(end, start))
+        for start, end in pairwise(stations)
     ]
 
 
-def _across(half_width: Scalar, height: Scalar) -> tuple[Point, Point]:
-    """Two points on either side of the axis at one height."""
-    return (-half_width, height), (half_width, height)
+def _pinhole(path: OpticalPath, sides: dict[str, int]) -> _Station:
+    half_width = sides[path.reflections[0].mirror] * path.pupil_radius
+    edges = ((-half_width, 0.0), (half_width, 0.0))
+    return _Station("pinhole", ((0.0, 0.0), (0.0, 0.0)), LegEnd(edges))
 
 
-def _world_points(path: OpticalPath, reach_radius: Scalar) -> tuple[Point, Point]:
-    """Where the light's edges at the two ends are at the reach radius, each on the side away from the other end."""
+def _on_mirror(reflection: Reflection, side: int, surface: Surface) -> _Station:
+    inner, outer = (reflection.conic.point(tangent) for tangent in reflection.half_tangents)
+    radii = (inner[0] - side * reflection.face_widths[0], outer[0] + side * reflection.face_widths[1])
+    edges = ((radii[0], surface.height(radii[0])), (radii[1], surface.height(radii[1])))
+    return _Station(reflection.mirror, (inner, outer), LegEnd(edges, reflection.mirror, side, surface))
+
+
+def _far_out(path: OpticalPath, reach_radius: Scalar) -> _Station:
+    """The reach radius, with each edge of the light on the side away from the other end's ray."""
     first, second = path.slopes
-    points = []
-    for slope, other, width in zip((first, second), (second, first), path.world_widths, strict=True):
+    chief = [(reach_radius, path.viewpoint + reach_radius * slope) for slope in (first, second)]
+    edges = []
+    for (radius, height), slope, other, width in zip(
+        chief, (first, second), (second, first), path.world_widths, strict=True
+    ):
         upwards = where(slope > other, 1.0, -1.0)
-        shift = upwards * width * sqrt(1.0 + slope * slope)
-        points.append((reach_radius, path.viewpoint + reach_radius * slope + shift))
-    return points[0], points[1]
+        edges.append((radius, height + upwards * width * sqrt(1.0 + slope * slope)))
+    return _Station("world", (chief[0], chief[1]), LegEnd((edges[0], edges[1])))
+
+
+def _end_of_leg(station: _Station, opposite: _Station) -> LegEnd:
+    """What a leg has at one of its ends, seen from its opposite end."""
+    if station.end is not None:
+        return station.end
+    edges = []
+    for (at_r, at_z), (from_r, from_z), (other_r, other_z) in zip(
+        station.chief, opposite.chief, reversed(opposite.chief), strict=True
+    ):
+        ahead_r, ahead_z = from_r - at_r, from_z - at_z
+        length = sqrt(ahead_r * ahead_r + ahead_z * ahead_z)
+        # The normal of this end's ray that points away from the other end's.
+        is_beside = ahead_z * (other_r - at_r) - ahead_r * (other_z - at_z) > 0.0
+        shift = where(is_beside, -1.0, 1.0) * station.width / length
+        edges.append((at_r + shift * ahead_z, at_z - shift * ahead_r))
+    return LegEnd((edges[0], edges[1]))
 
 
 def _camera_solids(surroundings: Surroundings) -> tuple[Solid, Solid]:

@@ -66,7 +66,7 @@ def _at_crossing(
     place: int,
     reflection: Reflection,
 ) -> Scalar:
-    """The half-width along R at the height at which the chief rays cross the axis; zero where they do not."""
+    """The larger half-width across the chief rays where they cross the axis; zero where they do not."""
     if reflection.crossing_height is None:
         return 0.0
     largest: Scalar = 0.0
@@ -74,14 +74,8 @@ def _at_crossing(
         radius, height = ray.points[place]
         rise = reflection.crossing_height - height
         to_crossing = sqrt(radius * radius + rise * rise)
-        # Across the ray, and along R: by the cosine of the leg's angle to the horizontal's normal.
-        stretch = to_crossing / absolute(rise) if place + 1 < len(path.reflections) else ray_secant(ray)
+        # The last leg has no end: there widths go by the distance itself.
         share = to_crossing / ray.legs[place + 1] if place + 1 < len(path.reflections) else to_crossing
         for width in of_end:
-            largest = maximum(largest, width.along_leg(place + 1, share) * stretch)
+            largest = maximum(largest, width.along_leg(place + 1, share))
     return largest
-
-
-def ray_secant(ray: ChiefRay) -> Scalar:
-    """1 / cos of the elevation of a chief ray in the world."""
-    return sqrt(1.0 + ray.slope * ray.slope)
