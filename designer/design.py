@@ -175,6 +175,17 @@ class WorkingVolume(Record):
     distance_mm: Interval
 
 
+class Sharpness(Record):
+    """What was asked of the light: blur of at most so much, everywhere in the working volume, and little of it lost.
+
+    Blurs are diameters, on the sensor and as an angle in the scene; None where nothing bounds them.
+    """
+
+    max_blur_px: Positive | None = None
+    max_blur_deg: Positive | None = None
+    least_light_percent: NonNegative = 90.0
+
+
 class Design(Record):
     """A finished mirror system, as the contract's ``designs/<configuration>.json`` holds it."""
 
@@ -197,6 +208,8 @@ class Design(Record):
     """Least distance asked between chief rays and edges; unknown if absent."""
     edge_margin_mm: NonNegative | None = None
     """Width asked of a face beyond its used zone; unknown if absent."""
+    sharpness: Sharpness | None = None
+    """What was asked of the light through the full pupil; absent from records of chief rays alone."""
     score: dict[str, JsonValue] = {}
     """What the file says of the design's quality, as it stands there; nothing is computed from it."""
 

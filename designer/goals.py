@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from designer.evaluate.depth import StereoPair, Volume, depth_error_rms
-from designer.optics.backend import Scalar
+from designer.evaluate.depth import NoiseModel, StereoPair, Volume, depth_error_rms
+from designer.optics.backend import Scalar, sqrt
 from designer.optics.layout import Layout
+
+
+class MeasurableBlur(Protocol):
+    """The blur of one view somewhere in the working volume."""
+
+    @property
+    def in_scene(self) -> Scalar:
+        """Its signed diameter as an angle of elevation, radians."""
 
 
 class MeasurableSystem(Protocol):
@@ -28,8 +36,12 @@ class MeasurableSystem(Protocol):
         """The working volume."""
 
     @property
-    def noise(self) -> Scalar:
-        """Standard deviation of an image point in each view, mm on the sensor."""
+    def noise(self) -> NoiseModel:
+        """Standard deviation of an image point in each view, mm on the sensor, wherever it lies."""
+
+    @property
+    def blurs(self) -> tuple[MeasurableBlur, ...]:
+        """The blur of both views over the working volume."""
 
     @property
     def height(self) -> Scalar:
@@ -79,6 +91,16 @@ class Goal:
     multiplier_factor: float = 1.0
 
 
+# Radians; keeps the root's derivative finite where nothing blurs.
+_SHARPEST = 1e-6
+
+
+def fourth_power_mean(values: Sequence[Scalar]) -> Scalar:
+    """Fourth root of the mean fourth power: close to the largest of some blurs, and smooth."""
+    total = sum(value**4 for value in values) / len(values)
+    return sqrt(sqrt(total + _SHARPEST**4))
+
+
 GOALS: dict[str, Goal] = {
     "depth_error": Goal(
         label="depth error",
@@ -116,6 +138,17 @@ GOALS: dict[str, Goal] = {
         column_factor=1e-3,
         multiplier_unit="cm³",
         multiplier_factor=1e-3,
+    ),
+    "blur": Goal(
+        label="blur",
+        description="fourth-power mean of the blur's diameter in the scene, both views, over the working volume",
+        column="blur_deg",
+        unit="deg",
+        expression=lambda system: fourth_power_mean([blur.in_scene for blur in system.blurs]),
+        typical_size=lambda sizes: 0.01,
+        column_factor=180.0 / math.pi,
+        multiplier_unit="degrees",
+        multiplier_factor=180.0 / math.pi,
     ),
 }
 """Every goal by its name in a requirement."""

@@ -221,7 +221,7 @@ def _notes_on_best(found: Study, folder: Path, pdf: Path | None) -> list[str]:
 
 
 def _cell(row: Row, column: Column) -> str:
-    """A value for people: shares as percent with three decimals, ratios with three, lengths with one."""
+    """A value for people: shares as percent with three decimals, ratios with three, lengths and pixels with one."""
     value = row.number(column.name)
-    decimals = 1 if column.unit == "mm" else 3
+    decimals = 1 if column.unit in {"mm", "px"} else 3
     return "-" if value is None else f"{column.factor * value:.{decimals}f}{' %' if column.unit == '%' else ''}"

@@ -14,6 +14,7 @@ ray beyond 90 degrees at the pinhole the numbers mean nothing; no zone inside an
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -51,6 +52,10 @@ class StereoPair:
     sense_upper: Sense
     baseline: Scalar
     principal_distance: Scalar
+
+
+NoiseModel = Callable[[Scalar, Scalar, Scalar], tuple[Scalar, Scalar]]
+"""Noise of the image radius, mm on the sensor, in the lower and the upper view, at their slopes and a distance."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +107,7 @@ def relative_depth_error(
     sense_upper: Sense,
     baseline: Scalar,
     principal_distance: Scalar,
-    noise_mm: Scalar,
+    noise_mm: Scalar | tuple[Scalar, Scalar],
 ) -> Scalar:
     """sigma_D / D, to first order, of the point seen at the two given slopes.
 
@@ -115,10 +120,11 @@ def relative_depth_error(
     baseline, principal_distance
         In mm.
     noise_mm
-        Standard deviation of the image radius in each view, in mm on the sensor.
+        Standard deviation of the image radius, in mm on the sensor: of each view alike, or of the lower and the upper.
     """
-    error_lower = slope_error(elevation_tangent_lower, gain_lower, sense_lower, principal_distance, noise_mm)
-    error_upper = slope_error(elevation_tangent_upper, gain_upper, sense_upper, principal_distance, noise_mm)
+    noise_lower, noise_upper = noise_mm if isinstance(noise_mm, tuple) else (noise_mm, noise_mm)
+    error_lower = slope_error(elevation_tangent_lower, gain_lower, sense_lower, principal_distance, noise_lower)
+    error_upper = slope_error(elevation_tangent_upper, gain_upper, sense_upper, principal_distance, noise_upper)
     distance_per_baseline = 1.0 / (elevation_tangent_lower - elevation_tangent_upper)
     # sqrt(x^2 + y^2) of the two never vanishes, so its derivative stays finite for the optimiser.
     return distance_per_baseline * sqrt(error_lower * error_lower + error_upper * error_upper)
@@ -133,7 +139,7 @@ def slopes_of_point(elevation_slope: Scalar, distance: Scalar, baseline: Scalar)
 def depth_error_rms(
     pair: StereoPair,
     volume: Volume,
-    noise_mm: Scalar,
+    noise_mm: Scalar | NoiseModel,
     elevation_nodes: int = ELEVATION_NODES,
     distance_nodes: int = DISTANCE_NODES,
 ) -> Scalar:
@@ -149,7 +155,8 @@ def depth_error_rms(
     elevation_rule, distance_rule = _unit_gauss_legendre(elevation_nodes), _unit_gauss_legendre(distance_nodes)
     along_elevation = [(low * (high / low) ** node, weight) for node, weight in elevation_rule]
     along_distance = [(near * (far / near) ** node, weight) for node, weight in distance_rule]
-    given = (low, high, near, far, noise_mm, pair.gain_lower, pair.gain_upper, pair.baseline, pair.principal_distance)
+    given = [low, high, near, far, pair.gain_lower, pair.gain_upper, pair.baseline, pair.principal_distance]
+    given += [] if callable(noise_mm) else [noise_mm]
     dimensions = max(map(np.ndim, given)) if not any(map(is_symbolic, given)) else 1
     # d(elevation) = cos(elevation) d(log t), and 1 / cos(elevation) = (t + 1/t) / 2.
     weights = _rows([2.0 * w / (t + 1.0 / t) * v for t, w in along_elevation for _, v in along_distance], dimensions)
@@ -168,13 +175,13 @@ def _rows(values: list[Scalar], dimensions: int) -> Scalar:
 
 
 def depth_error_map(
-    pair: StereoPair, elevations: NDArray[np.float64], distances: NDArray[np.float64], noise_mm: float
+    pair: StereoPair, elevations: NDArray[np.float64], distances: NDArray[np.float64], noise_mm: float | NoiseModel
 ) -> NDArray[np.float64]:
     """sigma_D / D at points given by elevation from the middle of the baseline (rad) and distance (mm), broadcast."""
     return np.asarray(_relative_depth_error_at(pair, np.tan(elevations), distances, noise_mm))
 
 
-def worst_depth_error(pair: StereoPair, volume: Volume, noise_mm: float) -> float:
+def worst_depth_error(pair: StereoPair, volume: Volume, noise_mm: float | NoiseModel) -> float:
     """The largest sigma_D / D on a grid over the working volume that includes its corners."""
     elevations, distances = volume_grid(volume)
     return float(np.max(depth_error_map(pair, elevations, distances, noise_mm)))
@@ -192,7 +199,7 @@ def second_order(first_order: ArrayLike) -> NDArray[np.float64]:
     return np.asarray(error * np.sqrt(1.0 + 9.0 * error * error))
 
 
-def depth_error_rms_second_order(pair: StereoPair, volume: Volume, noise_mm: float) -> float:
+def depth_error_rms_second_order(pair: StereoPair, volume: Volume, noise_mm: float | NoiseModel) -> float:
     """Root mean square relative depth error over the working volume, averaged as the score is, to second order."""
     nodes, weights = (np.array(part) for part in zip(*_unit_gauss_legendre(SECOND_ORDER_NODES), strict=True))
     low, high = volume.elevations
@@ -270,11 +277,17 @@ def disparity_steps(
     )
 
 
-def _relative_depth_error_at(pair: StereoPair, slope: Scalar, distance: Scalar, noise_mm: Scalar) -> Scalar:
-    return depth_error_of_slopes(pair, *slopes_of_point(slope, distance, pair.baseline), noise_mm)
+def _relative_depth_error_at(
+    pair: StereoPair, slope: Scalar, distance: Scalar, noise_mm: Scalar | NoiseModel
+) -> Scalar:
+    lower, upper = slopes_of_point(slope, distance, pair.baseline)
+    noise = noise_mm(lower, upper, distance) if callable(noise_mm) else noise_mm
+    return depth_error_of_slopes(pair, lower, upper, noise)
 
 
-def depth_error_of_slopes(pair: StereoPair, lower: Scalar, upper: Scalar, noise_mm: Scalar) -> Scalar:
+def depth_error_of_slopes(
+    pair: StereoPair, lower: Scalar, upper: Scalar, noise_mm: Scalar | tuple[Scalar, Scalar]
+) -> Scalar:
     """sigma_D / D of a pair where its lower and upper view see a point at tan(phi) ``lower`` and ``upper``."""
     return relative_depth_error(
         lower,

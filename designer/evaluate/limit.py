@@ -9,6 +9,7 @@ Lengths in mm, angles in radians; everything but :func:`least_limit_over` broadc
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,9 +17,12 @@ from numpy.typing import NDArray
 
 from designer.configurations import Family, Topology, outer_view
 from designer.design import Sense, ViewName
-from designer.evaluate.depth import StereoPair, Volume, depth_error_rms
+from designer.evaluate.depth import NoiseModel, StereoPair, Volume, depth_error_rms
 from designer.optics.backend import Scalar, tan
 from designer.optics.view import elevation_tangents_of_views, half_angle_tangent, image_half_tangent
+
+NoiseOfPair = Callable[[StereoPair], NoiseModel]
+"""The noise of a pair of views, where it depends on their gains."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +85,7 @@ def depth_error_limit(
     baseline: Scalar,
     principal_distance: Scalar,
     bounds: ImageBounds,
-    noise_mm: Scalar,
+    noise_mm: Scalar | NoiseOfPair,
 ) -> Scalar:
     """The score (RMS of sigma_D / D) at the largest gains: a bound that no mirrors of this arrangement can beat.
 
@@ -91,7 +95,7 @@ def depth_error_limit(
     pair = StereoPair(
         gain_lower, arrangement.sense_lower, gain_upper, arrangement.sense_upper, baseline, principal_distance
     )
-    return depth_error_rms(pair, volume, noise_mm)
+    return depth_error_rms(pair, volume, noise_mm(pair) if callable(noise_mm) else noise_mm)
 
 
 def least_limit_over(
@@ -100,7 +104,7 @@ def least_limit_over(
     baselines: tuple[float, float],
     principal_distances: tuple[float, float],
     bounds: ImageBounds,
-    noise_mm: float,
+    noise_mm: float | NoiseOfPair,
 ) -> LeastLimit:
     """The least limit over ranges of baseline and principal distance; either range may be a single value.
 
@@ -147,7 +151,7 @@ def _limit_or_infinity(
     baseline: NDArray[np.float64],
     principal_distance: NDArray[np.float64],
     bounds: ImageBounds,
-    noise_mm: float,
+    noise_mm: float | NoiseOfPair,
 ) -> NDArray[np.float64]:
     """The limit at each node, infinite where the inner zone has no room."""
     gains = limit_gains(arrangement, volume, baseline, principal_distance, bounds)
@@ -155,7 +159,8 @@ def _limit_or_infinity(
     # Where there is no room any positive gain will do: its score is thrown away.
     lower, upper = (np.where(has_room, gain, 1.0) for gain in gains)
     pair = StereoPair(lower, arrangement.sense_lower, upper, arrangement.sense_upper, baseline, principal_distance)
-    return np.where(has_room, depth_error_rms(pair, volume, noise_mm), np.inf)
+    noise = noise_mm(pair) if callable(noise_mm) else noise_mm
+    return np.where(has_room, depth_error_rms(pair, volume, noise), np.inf)
 
 
 def _clipped(centre: float, span: float, allowed: tuple[float, float]) -> tuple[float, float]:

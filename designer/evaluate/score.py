@@ -28,6 +28,7 @@ from designer.evaluate.depth import (
 )
 from designer.evaluate.fabrication import MirrorShape, mirror_shape, overall_diameter_mm, overall_height_mm
 from designer.evaluate.fabrication_notes import fabrication_notes_on
+from designer.evaluate.focus import FocusScore, focus_score
 from designer.evaluate.limit import Arrangement, ImageBounds, depth_error_limit, limit_gains
 from designer.evaluate.resolution import (
     angular_resolution_px_per_deg,
@@ -135,6 +136,7 @@ class Score:
     """
 
     depth: DepthScore
+    focus: FocusScore
     quantisation: Quantisation
     points: tuple[PointScore, ...]
     resolution: Mapping[ViewName, tuple[AngularResolution, ...]]
@@ -171,6 +173,7 @@ def evaluate_design(design: Design) -> Score:
         pair, volume = stereo_pair_of(design), volume_of(design)
         return Score(
             depth=_depth_score(design, pair, volume),
+            focus=focus_score(design),
             quantisation=_quantisation(design, pair, volume),
             points=tuple(_at_point(design, pair, volume, distance) for distance in design.working_volume.distance_mm),
             resolution={name: _resolution(design, name) for name in VIEW_NAMES},

@@ -1,9 +1,10 @@
 """The layout of a whole system in the meridional plane: mirrors, solids, and the legs of light between them.
 
 A view's path is followed backwards, from the pinhole over its mirrors to the world. Each leg holds all the light of
-one view between two successive surfaces, as the region between the rays of its zone's inner and outer end. R is
-signed: the world side of every ray is at R > 0, so a leg of negative gain starts at R < 0 and crosses the axis at a
-focus, where it is split in two: every leg is convex up to the bulge of the mirrors that end it.
+one view between two successive surfaces, as the region between the rays of its zone's inner and outer end, widened on
+either side by the half-width of the light that the entrance pupil takes in. R is signed: the world side of every ray
+is at R > 0, so a leg of negative gain starts at R < 0 and crosses the axis at a focus, where it is split in two: every
+leg is convex up to the bulge of the mirrors that end it.
 
 Everything takes floats, NumPy arrays or CasADi symbols; lengths in mm.
 """
@@ -13,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
-from designer.optics.backend import Scalar, maximum
+from designer.optics.backend import Scalar, maximum, sqrt, where
 from designer.optics.conic import FocalConic, Surface
 from designer.optics.overall_size import OverallSize, Substrate, overall_size
 
@@ -44,7 +45,8 @@ class Reflection:
 
     ``direction`` is +1 if the mirror faces down (direct, secondary), -1 if up (primary). ``half_tangents`` belong to
     the zone's two ends at the conic's focus; ``crossing_height`` is where the light then crosses the axis, None if
-    it does not.
+    it does not. ``face_widths`` are the half-widths of the light along R on the face at the two ends, and
+    ``crossing_width`` the larger of those across the ray where it crosses the axis: zero for chief rays alone.
     """
 
     mirror: str
@@ -52,19 +54,24 @@ class Reflection:
     conic: FocalConic
     half_tangents: tuple[Scalar, Scalar]
     crossing_height: Scalar | None
+    face_widths: tuple[Scalar, Scalar] = (0.0, 0.0)
+    crossing_width: Scalar = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class OpticalPath:
     """A view from the pinhole to the world; index 0 is the zone's inner end, index 1 its outer end.
 
-    ``slopes`` are tan(phi) of the two ends at the effective viewpoint.
+    ``slopes`` are tan(phi) of the two ends at the effective viewpoint. ``pupil_radius`` is the half-width of the
+    light at the pinhole, ``world_widths`` are those of the two ends beyond the last mirror, across the ray.
     """
 
     view: str
     viewpoint: Scalar
     slopes: tuple[Scalar, Scalar]
     reflections: tuple[Reflection, ...]
+    pupil_radius: Scalar = 0.0
+    world_widths: tuple[Scalar, Scalar] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +121,10 @@ class Leg:
 
 @dataclass(frozen=True, slots=True)
 class PlacedMirror:
-    """A mirror with its clear aperture; ``direction`` is +1 if it faces down."""
+    """A mirror with its clear aperture; ``direction`` is +1 if it faces down.
+
+    ``used_radii`` are those of the chief rays at the zone's ends.
+    """
 
     name: str
     direction: int
@@ -198,30 +208,83 @@ def _place_mirror(reflection: Reflection, side: int, surroundings: Surroundings)
         direction=reflection.direction,
         surface=reflection.conic.surface,
         used_radii=(used[0], used[1]),
-        inner_radius=maximum(used[0] - surroundings.edge_margin, 0.0),
-        outer_radius=used[1] + surroundings.edge_margin,
+        inner_radius=maximum(used[0] - reflection.face_widths[0] - surroundings.edge_margin, 0.0),
+        outer_radius=used[1] + reflection.face_widths[1] + surroundings.edge_margin,
         thickness=surroundings.substrate_thickness,
     )
 
 
+@dataclass(frozen=True, slots=True)
+class _Station:
+    """Where the light of a view is between two legs: the pinhole, a mirror, a crossing of the axis, or far out.
+
+    ``chief`` are the points of the two end rays. ``end`` is what both legs have there; at a crossing it is None, since
+    there the edges of the light of half-width ``width`` lie beside the crossing as seen from each leg's other end.
+    """
+
+    name: str
+    chief: tuple[Point, Point]
+    end: LegEnd | None = None
+    width: Scalar = 0.0
+
+
 def _legs_of(path: OpticalPath, sides: dict[str, int], surfaces: dict[str, Surface], reach_radius: Scalar) -> list[Leg]:
-    ends = [("pinhole", LegEnd(((0.0, 0.0), (0.0, 0.0))))]
+    stations = [_pinhole(path, sides)]
     for reflection in path.reflections:
-        points = (
-            reflection.conic.point(reflection.half_tangents[0]),
-            reflection.conic.point(reflection.half_tangents[1]),
-        )
         mirror = reflection.mirror
-        ends.append((mirror, LegEnd(points, mirror, sides[mirror], surfaces[mirror])))
+        stations.append(_on_mirror(reflection, sides[mirror], surfaces[mirror]))
         if reflection.crossing_height is not None:
             crossing = (0.0, reflection.crossing_height)
-            ends.append((f"focus after {mirror}", LegEnd((crossing, crossing))))
-    world = tuple((reach_radius, path.viewpoint + reach_radius * slope) for slope in path.slopes)
-    ends.append(("world", LegEnd((world[0], world[1]))))
+            name = f"focus after {mirror}"
+            stations.append(_Station(name, (crossing, crossing), width=reflection.crossing_width))
+    stations.append(_far_out(path, reach_radius))
     return [
-        Leg(path.view, f"{start_name} -> {end_name}", start, end)
-        for (start_name, start), (end_name, end) in pairwise(ends)
+        Leg(path.view, f"{start.name} -> {end.name}", _end_of_leg(start, end), _end_of_leg(end, start))
+        for start, end in pairwise(stations)
     ]
+
+
+def _pinhole(path: OpticalPath, sides: dict[str, int]) -> _Station:
+    half_width = sides[path.reflections[0].mirror] * path.pupil_radius
+    edges = ((-half_width, 0.0), (half_width, 0.0))
+    return _Station("pinhole", ((0.0, 0.0), (0.0, 0.0)), LegEnd(edges))
+
+
+def _on_mirror(reflection: Reflection, side: int, surface: Surface) -> _Station:
+    inner, outer = (reflection.conic.point(tangent) for tangent in reflection.half_tangents)
+    radii = (inner[0] - side * reflection.face_widths[0], outer[0] + side * reflection.face_widths[1])
+    edges = ((radii[0], surface.height(radii[0])), (radii[1], surface.height(radii[1])))
+    return _Station(reflection.mirror, (inner, outer), LegEnd(edges, reflection.mirror, side, surface))
+
+
+def _far_out(path: OpticalPath, reach_radius: Scalar) -> _Station:
+    """The reach radius, with each edge of the light on the side away from the other end's ray."""
+    first, second = path.slopes
+    chief = [(reach_radius, path.viewpoint + reach_radius * slope) for slope in (first, second)]
+    edges = []
+    for (radius, height), slope, other, width in zip(
+        chief, (first, second), (second, first), path.world_widths, strict=True
+    ):
+        upwards = where(slope > other, 1.0, -1.0)
+        edges.append((radius, height + upwards * width * sqrt(1.0 + slope * slope)))
+    return _Station("world", (chief[0], chief[1]), LegEnd((edges[0], edges[1])))
+
+
+def _end_of_leg(station: _Station, opposite: _Station) -> LegEnd:
+    """What a leg has at one of its ends, seen from its opposite end."""
+    if station.end is not None:
+        return station.end
+    edges = []
+    for (at_r, at_z), (from_r, from_z), (other_r, other_z) in zip(
+        station.chief, opposite.chief, reversed(opposite.chief), strict=True
+    ):
+        ahead_r, ahead_z = from_r - at_r, from_z - at_z
+        length = sqrt(ahead_r * ahead_r + ahead_z * ahead_z)
+        # The normal of this end's ray that points away from the other end's.
+        is_beside = ahead_z * (other_r - at_r) - ahead_r * (other_z - at_z) > 0.0
+        shift = where(is_beside, -1.0, 1.0) * station.width / length
+        edges.append((at_r + shift * ahead_z, at_z - shift * ahead_r))
+    return LegEnd((edges[0], edges[1]))
 
 
 def _camera_solids(surroundings: Surroundings) -> tuple[Solid, Solid]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-from designer.optics.backend import Scalar, absolute, arctan, degrees, maximum, sqrt
+from designer.optics.backend import Scalar, absolute, arctan, degrees, maximum, minimum, sqrt
 from designer.optics.kinds import ELLIPSOID_GAINS
 from designer.optimise.system import System, zone_tangents
 
@@ -46,7 +46,7 @@ ConstraintBuilder = Callable[[System], Iterable[Constraint]]
 
 
 def image_constraints(system: System) -> Iterable[Constraint]:
-    """Zones inside the image circle and apart; the cone of light passes the lens front."""
+    """Zones inside the image circle and apart, blur included; the cone of light passes the lens front."""
     variant, values, specification = system.variant, system.values, system.specification
     outer, inner = ("upper", "lower") if variant.configuration.topology == "upper_outer" else ("lower", "upper")
     tangents = {view: zone_tangents(variant, view, slopes) for view, slopes in system.slopes.items()}
@@ -57,11 +57,13 @@ def image_constraints(system: System) -> Iterable[Constraint]:
 
     distance, pitch = values["principal_distance"], specification.pixel_pitch
     rim = image_slope(outer, 1)
-    gap = distance * (image_slope(outer, 0) - image_slope(inner, 1)) - specification.zone_gap
+    # The light of the two zones' ends spreads beyond them by half its blur.
+    mixing = (system.largest_blur_at_end(outer, 0) + system.largest_blur_at_end(inner, 1)) / 2.0
+    gap = distance * (image_slope(outer, 0) - image_slope(inner, 1)) - specification.zone_gap - mixing
     spare = (specification.image_radius - distance * rim) / pitch
     yield Constraint("image_circle", f"image circle holds the {outer} view", "px", 10.0, spare)
     yield Constraint("zone_gap", "gap between the image zones", "px", 10.0, gap / pitch)
-    barrel = specification.lens_radius - specification.lens_front * rim
+    barrel = specification.lens_radius - system.lens.pupil_diameter / 2.0 - specification.lens_front * rim
     yield Constraint("lens_barrel", "lens barrel passes the light", "mm", 1.0, barrel)
 
 
@@ -144,6 +146,15 @@ def envelope_constraints(system: System) -> Iterable[Constraint]:
         yield Constraint("encloses", name, "mm", 1.0, radius - mirror.outer_radius)
 
 
+def blur_constraints(system: System) -> Iterable[Constraint]:
+    """No point of the working volume blurs more than asked, on the sensor and in the scene."""
+    asked = system.specification
+    for blur in system.blurs:
+        allowed = minimum(asked.largest_blur, asked.largest_blur_angle * blur.image_scale)
+        spare = (allowed - absolute(blur.on_sensor)) / asked.pixel_pitch
+        yield Constraint("blur", f"blur of the {blur.view} view", "px", 2.0, spare)
+
+
 CONSTRAINTS: tuple[ConstraintBuilder, ...] = (
     image_constraints,
     mirror_constraints,
@@ -151,6 +162,7 @@ CONSTRAINTS: tuple[ConstraintBuilder, ...] = (
     folding_pair_constraints,
     first_mirror_constraints,
     envelope_constraints,
+    blur_constraints,
 )
 """Every builder, in the order of the solver's rows."""
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from designer.evaluate.depth import Volume
 from designer.evaluate.limit import ImageBounds, arrangement_of, depth_error_limit, limit_gains
+from designer.evaluate.noise import MATCHING, Light, Texture
+from designer.evaluate.predicted_noise import COARSEST_TEXTURE, FINEST_TEXTURE, Conditions, sharp_noise_model
 from designer.optics.backend import Scalar
 from designer.optimise.specification import Specification
 from designer.optimise.variants import Variant
@@ -27,13 +29,28 @@ def limiting_gains(
 def limit_of(variant: Variant, specification: Specification, baseline: Scalar, principal_distance: Scalar) -> Scalar:
     """The closed-form least depth error at one baseline and principal distance, mm."""
     configuration = variant.configuration
+    conditions = conditions_of(specification)
     return depth_error_limit(
         arrangement_of(configuration.family, configuration.topology),
         volume_of(specification),
         baseline,
         principal_distance,
         ImageBounds(specification.image_radius, specification.zone_gap),
+        lambda pair: sharp_noise_model(conditions, pair, specification.fastest),
+    )
+
+
+def conditions_of(specification: Specification) -> Conditions:
+    """What the noise is predicted for."""
+    far = specification.distance_far
+    return Conditions(
         specification.noise,
+        specification.predicted_share,
+        specification.pixel_pitch,
+        specification.wavelength,
+        Texture(specification.texture_contrast, FINEST_TEXTURE * far, COARSEST_TEXTURE * far),
+        Light(specification.white_electrons, specification.white_f_number, specification.read_noise),
+        MATCHING["sad"],
     )
 
 

@@ -31,7 +31,7 @@ class Problem:
     fixed: tuple[tuple[str, float], ...]
 
     def physical(self, scaled: Array) -> dict[str, Array]:
-        """Physical variables of designs in the unit box; ``scaled`` has shape (variables, ...)."""
+        """Physical variables of designs in the unit box, and what follows; ``scaled`` has shape (variables, ...)."""
         return physical_values(self.variant, self.bounds, scaled)
 
     def scaled(self, values: Mapping[str, Array]) -> Array:
@@ -44,8 +44,10 @@ class Problem:
 
     def enclosed(self, values: dict[str, Array]) -> tuple[dict[str, Array], System]:
         """The designs put together, with top, bottom and radius set to what their mirrors need."""
-        tight = values | enclosure(self.variant, values, self.specification)
-        return tight, put_together(self.variant, tight, self.specification)
+        loose = put_together(self.variant, values, self.specification)
+        tight = values | enclosure(loose.layout, self.specification)
+        # What encloses the mirrors moves none of them.
+        return tight, replace(loose, values=tight)
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,7 +36,7 @@ from designer.optimise.problem import Problem
 from designer.optimise.separating_directions import Groups, OfferedDirections
 from designer.optimise.specification import SPECIFICATION_NAMES, Specification, specification_values
 from designer.optimise.system import System, put_together
-from designer.optimise.variables import VARIABLE_NAMES, VARIABLES, unscaled
+from designer.optimise.variables import VARIABLE_NAMES, VARIABLES, unscaled, with_principal_distance
 from designer.optimise.variants import Variant
 
 SOLVERS: dict[str, dict[str, Any]] = {
@@ -131,10 +131,12 @@ def _build_symbols(variant: Variant, fixed: tuple[tuple[str, float], ...], free:
     low, high = casadi.SX.sym("low", len(VARIABLES)), casadi.SX.sym("high", len(VARIABLES))
     weights, scales = casadi.SX.sym("weights", len(GOALS) + 1), casadi.SX.sym("scales", len(GOALS))
     specification = Specification(*(numbers[i] for i in range(len(SPECIFICATION_NAMES))))
-    values = {
-        variable.name: unscaled(variable, variant, position.get(variable.name, 0.0), low[i], high[i])
-        for i, variable in enumerate(VARIABLES)
-    }
+    values = with_principal_distance(
+        {
+            variable.name: unscaled(variable, variant, position.get(variable.name, 0.0), low[i], high[i])
+            for i, variable in enumerate(VARIABLES)
+        }
+    )
     system = put_together(variant, values, specification)
     return _Symbols(
         scaled,

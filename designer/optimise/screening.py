@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from designer.optimise.limit import limiting_gains
 from designer.optimise.problem import Array, Problem, evaluate, violations_of
-from designer.optimise.system import System
-from designer.optimise.variables import VARIABLES
+from designer.optimise.system import System, put_together
+from designer.optimise.variables import VARIABLES, with_principal_distance
 
 # Random designs screened for every start that is kept, and how many of them have all their clearances looked at.
 DESIGNS_PER_START = 384
@@ -35,7 +35,16 @@ def draw(
     inner_share = outer_share * least_gain_share ** (random.random(count) ** 2)
     for view, share in ((outer, outer_share), (inner, inner_share)):
         values[f"{view}_gain"] = problem.variant.gain_sign(view) * share * limits[view]
-    return values
+    return _focused(problem, values)
+
+
+def _focused(problem: Problem, values: dict[str, Array]) -> dict[str, Array]:
+    """The designs focused midway between their virtual images, as far as the lens can; a random focus blurs all."""
+    low, high = problem.bounds["reciprocal_focus"].low, problem.bounds["reciprocal_focus"].high
+    depths = [blur.reciprocal_depth for blur in put_together(problem.variant, values, problem.specification).blurs]
+    middle = (np.max(depths, axis=0) + np.min(depths, axis=0)) / 2.0
+    best = np.clip(np.where(np.isfinite(middle), middle, low), low, high)
+    return with_principal_distance(values | {"reciprocal_focus": best})
 
 
 def screen(

@@ -37,7 +37,7 @@ from designer.optimise.screening import LARGE_GAIN_SHARE, screen
 from designer.optimise.separating_directions import SeparatingDirections
 from designer.optimise.solver import SOLVED, STALLED, Target
 from designer.optimise.specification import specification_of
-from designer.optimise.variables import SMALLEST_GAIN_SHARE, FreeRanges, bounds_of
+from designer.optimise.variables import SMALLEST_GAIN_SHARE, bounds_of, free_ranges, with_principal_distance
 from designer.optimise.variants import Variant, enumerate_variants
 from designer.requirement import Lens, Requirement
 
@@ -135,8 +135,7 @@ def search(requirement: Requirement, configuration: Configuration, known: Sequen
     for (lens_index, lens), (variant_index, variant) in product(
         enumerate(requirement.camera.lenses), enumerate(enumerate_variants(configuration))
     ):
-        free = FreeRanges(requirement.baseline_range_mm, lens.principal_distances_mm)
-        reason = why_impossible(variant, specification_of(requirement, lens), free)
+        reason = why_impossible(variant, specification_of(requirement, lens), free_ranges(requirement, lens))
         if reason is not None:
             reasons.append(reason)
             continue
@@ -154,7 +153,7 @@ def search(requirement: Requirement, configuration: Configuration, known: Sequen
 def problem_of(requirement: Requirement, lens: Lens, variant: Variant) -> Problem:
     """A variant under a requirement with one of its lenses."""
     specification = specification_of(requirement, lens)
-    free = FreeRanges(requirement.baseline_range_mm, lens.principal_distances_mm)
+    free = free_ranges(requirement, lens)
     fixed = tuple(sorted(fixed_parameters(requirement).items()))
     return Problem(variant, specification, bounds_of(variant, specification, free), fixed)
 
@@ -213,7 +212,9 @@ class _Branch:
 def _goal_scales(problem: Problem) -> tuple[float, ...]:
     """A typical size of each goal, so that the solver sees numbers near one."""
     specification = problem.specification
-    middle = {name: (bounds.low + bounds.high) / 2.0 for name, bounds in problem.bounds.items()}
+    middle = with_principal_distance(
+        {name: (bounds.low + bounds.high) / 2.0 for name, bounds in problem.bounds.items()}
+    )
     limit = float(limit_of(problem.variant, specification, middle["baseline"], middle["principal_distance"]))
     sizes = TypicalSizes(limit, specification.envelope_height, specification.envelope_diameter)
     return tuple(goal.typical_size(sizes) for goal in GOALS.values())
@@ -293,7 +294,7 @@ def _reached_from_screened(
 def _is_proven_least(design: Candidate, target: Target) -> bool:
     """Whether a design reaches the closed-form limit, and nothing that it depends on could be chosen otherwise."""
     problem, values = design.problem, design.values
-    is_given = all(problem.bounds[name].is_fixed for name in ("baseline", "principal_distance"))
+    is_given = all(problem.bounds[name].is_fixed for name in ("baseline", "focal_length", "reciprocal_focus"))
     if target.minimise != "depth_error" or not is_given:
         return False
     limit = float(limit_of(problem.variant, problem.specification, values["baseline"], values["principal_distance"]))

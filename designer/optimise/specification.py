@@ -6,14 +6,18 @@ import math
 from dataclasses import astuple, dataclass, fields
 
 from designer.optics.backend import Scalar
-from designer.requirement import Lens, Requirement
+from designer.requirement import PREDICTED, Lens, Requirement
+
+# Blurs that bound nothing.
+MOST_BLUR_PX, MOST_BLUR_DEG = 1e6, 90.0
 
 
 @dataclass(frozen=True, slots=True)
 class Specification:
     """Every number of a requirement that geometry depends on, for one of its lenses; mm and radians.
 
-    The ranges of baseline and principal distance are not here: they bound variables.
+    The ranges of baseline, focal length, focus and f-number are not here: they bound variables. Blurs are diameters,
+    on the sensor and as an angle in the scene.
     """
 
     elevation_low: Scalar
@@ -27,6 +31,15 @@ class Specification:
     pixel_pitch: Scalar
     zone_gap: Scalar
     noise: Scalar
+    predicted_share: Scalar
+    white_electrons: Scalar
+    white_f_number: Scalar
+    read_noise: Scalar
+    wavelength: Scalar
+    texture_contrast: Scalar
+    fastest: Scalar
+    largest_blur: Scalar
+    largest_blur_angle: Scalar
     nearest_mirror: Scalar
     body_radius: Scalar
     lens_radius: Scalar
@@ -51,6 +64,7 @@ def specification_of(requirement: Requirement, lens: Lens) -> Specification:
     """The numbers of a requirement with one of its lenses."""
     low, high = requirement.working_volume.elevation_deg
     near, far = requirement.working_volume.distance_mm
+    predicts = requirement.noise_px == PREDICTED
     camera, manufacture, envelope = requirement.camera, requirement.manufacture, requirement.envelope
     return Specification(
         elevation_low=math.radians(low),
@@ -63,7 +77,17 @@ def specification_of(requirement: Requirement, lens: Lens) -> Specification:
         image_radius=camera.image_radius_mm,
         pixel_pitch=camera.pixel_pitch_mm,
         zone_gap=manufacture.zone_gap_px * camera.pixel_pitch_mm,
-        noise=requirement.noise_px * camera.pixel_pitch_mm,
+        noise=0.0 if predicts else float(requirement.noise_px) * camera.pixel_pitch_mm,
+        predicted_share=1.0 if predicts else 0.0,
+        white_electrons=requirement.light.white_electrons,
+        white_f_number=requirement.light.at_f_number,
+        read_noise=requirement.light.read_noise_electrons,
+        wavelength=requirement.light.wavelength_nm * 1e-6,
+        texture_contrast=requirement.matching.texture_contrast,
+        fastest=lens.f_numbers[0],
+        # Finite, since the solver computes with them.
+        largest_blur=min(requirement.sharpness.max_blur_px, MOST_BLUR_PX) * camera.pixel_pitch_mm,
+        largest_blur_angle=math.radians(min(requirement.sharpness.max_blur_deg, MOST_BLUR_DEG)),
         nearest_mirror=camera.nearest_mirror_mm,
         body_radius=camera.body_radius_mm,
         lens_radius=lens.radius_mm,

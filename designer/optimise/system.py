@@ -8,12 +8,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from designer.evaluate.depth import StereoPair, Volume
-from designer.optics.backend import Scalar, tan
+from designer.evaluate.depth import NoiseModel, StereoPair, Volume
+from designer.evaluate.predicted_noise import noise_model
+from designer.optics.backend import Scalar, absolute, maximum, tan
 from designer.optics.conic import FocalConic
+from designer.optics.focus import (
+    ChiefRay,
+    Lens,
+    LightPath,
+    chief_ray,
+    light_path_of_layout,
+    reciprocal_along_ray,
+    reciprocal_image_depth,
+)
 from designer.optics.layout import Layout, OpticalPath, Reflection, Surroundings, lay_out
-from designer.optics.view import elevation_tangents_of_views, half_angle_tangent
-from designer.optimise.limit import volume_of
+from designer.optics.view import elevation_tangents_of_views, half_angle_tangent, image_radius_slope
+from designer.optics.width import widened
+from designer.optimise.limit import conditions_of, volume_of
 from designer.optimise.specification import Specification
 from designer.optimise.variants import Variant
 
@@ -22,6 +33,26 @@ Values = Mapping[str, Scalar]
 
 Slopes = tuple[Scalar, Scalar]
 """Lowest and highest tan(phi) of a view."""
+
+
+@dataclass(frozen=True, slots=True)
+class Blur:
+    """The blur of one view at one slope of its range (0 lowest, 1 middle, 2 highest) and one distance.
+
+    ``reciprocal_depth`` is 1 / z_V of the virtual image in 1/mm, ``on_sensor`` the signed diameter of the blur in mm,
+    ``image_scale`` what a radian of elevation measures there on the sensor, mm.
+    """
+
+    view: str
+    place: int
+    reciprocal_depth: Scalar
+    on_sensor: Scalar
+    image_scale: Scalar
+
+    @property
+    def in_scene(self) -> Scalar:
+        """The blur as a signed angle of elevation, radians."""
+        return self.on_sensor / self.image_scale
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,8 +65,14 @@ class System:
         What it was put together from.
     slopes
         Lowest and highest tan(phi) that each view needs, by the view's name.
+    lens
+        The lens as it is focused and stopped down.
+    light
+        What focusing needs of each view, by its name.
+    blurs
+        The blur of both views at the ends and the middle of their elevations, near and far.
     paths
-        The lower and the upper view's path.
+        The lower and the upper view's path, as wide as the light of the full pupil.
     layout
         Mirrors, legs of light and solids.
     """
@@ -44,8 +81,18 @@ class System:
     values: Values
     specification: Specification
     slopes: Mapping[str, Slopes]
+    lens: Lens
+    light: Mapping[str, LightPath]
+    blurs: tuple[Blur, ...]
     paths: tuple[OpticalPath, OpticalPath]
     layout: Layout
+
+    def largest_blur_at_end(self, view: str, end: int) -> Scalar:
+        """Diameter on the sensor of the larger blur, near or far, at a zone's inner (0) or outer (1) end, mm."""
+        # A folded view has its highest elevation inside.
+        place = 2 if (end == 1) == (self.variant.sense(view) == "direct") else 0
+        near, far = (blur for blur in self.blurs if blur.view == view and blur.place == place)
+        return maximum(absolute(near.on_sensor), absolute(far.on_sensor))
 
     @property
     def pair(self) -> StereoPair:
@@ -65,9 +112,9 @@ class System:
         return volume_of(self.specification)
 
     @property
-    def noise(self) -> Scalar:
-        """Standard deviation of an image point in each view, mm on the sensor."""
-        return self.specification.noise
+    def noise(self) -> NoiseModel:
+        """Standard deviation of an image point in each view, mm on the sensor, wherever it lies."""
+        return noise_model(conditions_of(self.specification), self.pair, self.lens, self.light)
 
     @property
     def height(self) -> Scalar:
@@ -83,15 +130,33 @@ class System:
 def put_together(variant: Variant, values: Values, specification: Specification) -> System:
     """Put a system together; the secondary's variables are ignored for direct configurations."""
     slopes = _needed_slopes(values, specification)
-    paths = _paths(variant, values, slopes)
-    layout = lay_out(paths, _sides(variant), _surroundings(specification))
-    return System(variant, values, specification, slopes, paths, layout)
+    lens = Lens(values["principal_distance"], values["f_number"], values["reciprocal_focus"])
+    distances = (specification.distance_near, specification.distance_far)
+    paths, blurs, light_paths = [], [], {}
+    for chief in _paths(variant, values, slopes):
+        light = light_path_of_layout(chief, values[f"{chief.view}_gain"], variant.sense(chief.view))
+        light_paths[chief.view] = light
+        rays = [chief_ray(light, slope) for slope in _sampled(slopes[chief.view])]
+        ends = (rays[0], rays[2]) if light.sense == "direct" else (rays[2], rays[0])
+        paths.append(widened(chief, ends, lens.pupil_diameter / 2.0, distances))
+        blurs += [
+            blur for place, ray in enumerate(rays) for blur in _blurs(chief.view, place, light, ray, lens, distances)
+        ]
+    layout = lay_out(tuple(paths), _sides(variant), _surroundings(specification))
+    return System(variant, values, specification, slopes, lens, light_paths, tuple(blurs), (paths[0], paths[1]), layout)
 
 
-def enclosure(variant: Variant, values: Values, specification: Specification) -> dict[str, Scalar]:
+def _blurs(
+    view: str, place: int, light: LightPath, ray: ChiefRay, lens: Lens, distances: tuple[Scalar, Scalar]
+) -> list[Blur]:
+    """The blur along one chief ray, near and far."""
+    scale = absolute(image_radius_slope(ray.slope, light.gain, lens.principal_distance, light.sense))
+    depths = [reciprocal_image_depth(ray, reciprocal_along_ray(ray.slope, distance)) for distance in distances]
+    return [Blur(view, place, depth, lens.blur(depth), scale) for depth in depths]
+
+
+def enclosure(layout: Layout, specification: Specification) -> dict[str, Scalar]:
     """Top, bottom and radius of a mirror system as they are (docs/theory.md, section 7), for floats and arrays."""
-    paths = _paths(variant, values, _needed_slopes(values, specification))
-    layout = lay_out(paths, _sides(variant), _surroundings(specification))
     size = layout.size(specification.lens_front)
     return {"top": size.top, "bottom": size.bottom, "radius": size.radius}
 
@@ -101,6 +166,11 @@ def zone_tangents(variant: Variant, view: str, slopes: Slopes) -> tuple[Scalar, 
     sense = variant.sense(view)
     inner, outer = slopes if sense == "direct" else (slopes[1], slopes[0])
     return half_angle_tangent(inner, sense), half_angle_tangent(outer, sense)
+
+
+def _sampled(slopes: Slopes) -> tuple[Scalar, Scalar, Scalar]:
+    """Lowest, middle and highest slope."""
+    return slopes[0], (slopes[0] + slopes[1]) / 2.0, slopes[1]
 
 
 def _needed_slopes(values: Values, specification: Specification) -> dict[str, Slopes]:

@@ -19,6 +19,7 @@ from designer.optics.backend import Scalar, exp
 from designer.optimise.limit import limiting_gains
 from designer.optimise.specification import Specification
 from designer.optimise.variants import Variant
+from designer.requirement import Lens, Requirement
 
 Array = NDArray[np.float64]
 
@@ -29,10 +30,28 @@ LARGEST_GAIN_SHARE = 1.02
 
 @dataclass(frozen=True, slots=True)
 class FreeRanges:
-    """What the requirement leaves free, mm: (least, greatest), equal where it is given."""
+    """What the requirement leaves free, with one of its lenses: (least, greatest), equal where it is given.
+
+    Baseline, focal length and principal distance in mm, the reciprocal of the focus distance in 1/mm.
+    """
 
     baseline: tuple[float, float]
-    principal_distance: tuple[float, float]
+    focal_length: tuple[float, float]
+    reciprocal_focus: tuple[float, float]
+    f_number: tuple[float, float]
+
+    @property
+    def principal_distance(self) -> tuple[float, float]:
+        """Least and greatest principal distance."""
+        (shortest, longest), (far, near) = self.focal_length, self.reciprocal_focus
+        return shortest / (1.0 - shortest * far), longest / (1.0 - longest * near)
+
+
+def free_ranges(requirement: Requirement, lens: Lens) -> FreeRanges:
+    """What a requirement leaves free with one of its lenses."""
+    return FreeRanges(
+        requirement.baseline_range_mm, lens.focal_lengths_mm, lens.reciprocal_focus_per_mm, lens.f_numbers
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +151,9 @@ def _secondary_sign(variant: Variant) -> float:
 
 VARIABLES: tuple[Variable, ...] = (
     Variable("baseline", "mm", lambda variant, asked, free: free.baseline),
-    Variable("principal_distance", "mm", lambda variant, asked, free: free.principal_distance),
+    Variable("focal_length", "mm", lambda variant, asked, free: free.focal_length),
+    Variable("reciprocal_focus", "1/mm", lambda variant, asked, free: free.reciprocal_focus),
+    Variable("f_number", "", lambda variant, asked, free: free.f_number, _logarithmic),
     Variable(
         "lower_viewpoint",
         "mm",
@@ -188,11 +209,20 @@ def unscaled(variable: Variable, variant: Variant, scaled: Scalar, low: Scalar, 
 
 
 def physical_values(variant: Variant, bounds: VariableBounds, scaled: Array) -> dict[str, Array]:
-    """Physical variables of designs in the unit box; ``scaled`` has shape (variables, ...)."""
-    return {
-        variable.name: np.asarray(unscaled(variable, variant, row, *bounds[variable.name].scaled_ends))
-        for variable, row in zip(VARIABLES, scaled, strict=True)
-    }
+    """Physical variables of designs in the unit box, and what follows from them; ``scaled``: (variables, ...)."""
+    return with_principal_distance(
+        {
+            variable.name: np.asarray(unscaled(variable, variant, row, *bounds[variable.name].scaled_ends))
+            for variable, row in zip(VARIABLES, scaled, strict=True)
+        }
+    )
+
+
+def with_principal_distance(values: Mapping[str, Scalar]) -> dict[str, Scalar]:
+    """The variables and the principal distance f0 / (1 - f0 / u) of the focused lens, mm."""
+    focal_length = values["focal_length"]
+    distance = focal_length / (1.0 - focal_length * values["reciprocal_focus"])
+    return {**values, "principal_distance": distance}
 
 
 def scaled_values(bounds: VariableBounds, values: Mapping[str, Array]) -> Array:

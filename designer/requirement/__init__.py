@@ -2,7 +2,7 @@
 
 from designer.requirement.camera import Camera, Lens
 from designer.requirement.fixed import Fixed, FixedMirror, FixedView
-from designer.requirement.model import SAME_OBJECTIVE, Objective, Requirement, Solve
+from designer.requirement.model import PREDICTED, SAME_OBJECTIVE, Objective, Requirement, Solve
 from designer.requirement.reading import (
     NOT_ASKED,
     name_from,
@@ -17,6 +17,7 @@ from designer.requirement.space import Envelope, Manufacture, WorkingVolume
 
 __all__ = [
     "NOT_ASKED",
+    "PREDICTED",
     "SAME_OBJECTIVE",
     "Camera",
     "Envelope",

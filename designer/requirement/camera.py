@@ -15,6 +15,10 @@ CLOSEST_FOCUS = 1.001
 """Focus distance in focal lengths that no lens goes below: there its image plane would lie a thousand of them away."""
 
 
+NEAREST_FOCUS = 8.0
+"""Nearest focus in focal lengths where a lens does not say: the thread of a small lens lets it out by a seventh."""
+
+
 class Lens(Part):
     """One lens, or a zoom or family of lenses between two focal lengths."""
 
@@ -27,20 +31,35 @@ class Lens(Part):
             description="Focal length engraved on the lens, or the range in which the optimiser may choose.",
         ),
     ]
-    focus_distance_mm: Annotated[
+    nearest_focus_mm: Annotated[
         float,
-        Quantity(0.3, 1e9, "mm", if_smaller=METRES, may_be_infinite=True),
+        Quantity(0.3, 1e9, "mm", if_smaller=METRES),
+        Field(
+            title="nearest focus",
+            default_factory=lambda data: NEAREST_FOCUS * ends(data.get("focal_length_mm", math.nan))[1],
+            description="Nearest distance from the entrance pupil at which the lens can be focused. Default: eight "
+            "times the longest focal length, where the thread of a small lens ends.",
+        ),
+    ]
+    focus_distance_mm: Annotated[
+        NumberOrRange,
+        Quantity(0.3, 1e9, "mm", if_smaller=METRES, shape="number or range", may_be_infinite=True),
         Field(
             title="focused at",
-            default=math.inf,
-            description="Distance from the entrance pupil at which the lens is focused. The image plane then lies at "
-            "f u / (u - f). Default: inf, as in the paper; mirrors put virtual images near by, so give the true one.",
+            default_factory=lambda data: (data.get("nearest_focus_mm", math.nan), math.inf),
+            description="Distance from the entrance pupil at which the lens is focused, or the range in which the "
+            "optimiser may choose. The image plane then lies at f u / (u - f). Default: free from nearest_focus_mm "
+            "to inf, since mirrors put virtual images close by.",
         ),
     ]
     f_number: Annotated[
-        float,
-        Quantity(0.5, 128),
-        Field(title="f-number", description="Aperture the lens will be used at; sets the depth of field."),
+        NumberOrRange,
+        Quantity(0.5, 128, shape="number or range"),
+        Field(
+            title="f-number",
+            description="Aperture the lens will be used at, or the range in which the optimiser may choose; sets the "
+            "depth of field, the light and the diffraction.",
+        ),
     ]
     radius_mm: Annotated[
         float,
@@ -68,23 +87,35 @@ class Lens(Part):
         return ends(self.focal_length_mm)
 
     @property
+    def f_numbers(self) -> tuple[float, float]:
+        """Least and greatest f-number; equal if it is given."""
+        return ends(self.f_number)
+
+    @property
+    def reciprocal_focus_per_mm(self) -> tuple[float, float]:
+        """Least and greatest reciprocal focus distance 1/u in 1/mm, 0 for infinity; equal if it is given."""
+        near, far = ends(self.focus_distance_mm)
+        return 1.0 / far, 1.0 / near
+
+    @property
     def principal_distances_mm(self) -> tuple[float, float]:
-        """Least and greatest principal distance f0 u / (u - f0); equal for a fixed lens."""
-        low, high = self.focal_lengths_mm
-        return principal_distance(low, self.focus_distance_mm), principal_distance(high, self.focus_distance_mm)
+        """Least and greatest principal distance f0 u / (u - f0); equal for a fixed lens at a given focus."""
+        (shortest, longest), (near, far) = self.focal_lengths_mm, ends(self.focus_distance_mm)
+        return principal_distance(shortest, far), principal_distance(longest, near)
 
     @model_validator(mode="after")
     def _can_be_built(self) -> Self:
         longest = self.focal_lengths_mm[1]
         which = "longest focal length" if isinstance(self.focal_length_mm, tuple) else "focal length"
-        if self.focus_distance_mm <= CLOSEST_FOCUS * longest:
+        nearest = ends(self.focus_distance_mm)[0]
+        if nearest <= CLOSEST_FOCUS * longest:
             refuse(
                 f"must be greater than {CLOSEST_FOCUS:g} times the {which}, {CLOSEST_FOCUS * longest:.8g} mm",
-                "focus_distance_mm",
-                self.focus_distance_mm,
+                "focus_distance_mm" if "focus_distance_mm" in self.model_fields_set else "nearest_focus_mm",
+                nearest,
             )
         # The f-number holds at every focal length, so the pupil is widest at the longest.
-        pupil = pupil_radius(longest, self.f_number)
+        pupil = pupil_radius(longest, self.f_numbers[0])
         if pupil > self.radius_mm:
             refuse(
                 f"must be at least the radius of the entrance pupil, {which} / (2 f_number) = {pupil:.4g} mm",

@@ -16,9 +16,11 @@ from designer.configurations import FLATTEST, MOST_PARABOLIC, Configuration
 from designer.goals import GOALS
 from designer.requirement.camera import Camera
 from designer.requirement.fixed import Fixed
+from designer.requirement.light import Light, Matching
 from designer.requirement.part import METRES, NumberOrRange, Part, ends
-from designer.requirement.quantity import Choice, Quantity, refuse
+from designer.requirement.quantity import Choice, NumberOrWord, Quantity, refuse
 from designer.requirement.selection import select_configurations
+from designer.requirement.sharpness import Sharpness
 from designer.requirement.space import Envelope, Manufacture, WorkingVolume
 
 # What differs by more cannot be met to the solver's tolerance either.
@@ -27,6 +29,8 @@ SAME_LENGTH_MM = 1e-6
 SAME_OBJECTIVE = 1e-7
 
 _GOALS = Choice(tuple(GOALS))
+PREDICTED = "predicted"
+"""Instead of a noise: that it is to be predicted from the lens, the light and the texture."""
 
 
 class Objective(Part):
@@ -150,18 +154,22 @@ class Requirement(Part):
         ),
     ]
     noise_px: Annotated[
-        float,
-        Quantity(0.001, 10, "pixels"),
+        float | str,
+        NumberOrWord(Quantity(0.001, 10, "pixels"), PREDICTED),
         Field(
             title="image noise, each view",
             default=0.1,
             description="Standard deviation of an image point's radial position in each view. Default: 0.1, what "
-            "subpixel matching reaches on good texture.",
+            'subpixel matching reaches on good texture. Or "predicted": from texture, blur, light and the matcher\'s '
+            "window ([light], [matching]), since the lens decides how precisely a point can be matched.",
         ),
     ]
     working_volume: WorkingVolume
     envelope: Envelope
     camera: Camera
+    sharpness: Annotated[Sharpness, Field(default=Sharpness())]
+    light: Annotated[Light, Field(default=Light.model_validate({}))]
+    matching: Annotated[Matching, Field(default=Matching.model_validate({}))]
     manufacture: Annotated[Manufacture, Field(default=Manufacture())]
     objective: Annotated[Objective, Field(default=Objective())]
     fixed: Annotated[Fixed, Field(default=Fixed())]

@@ -116,6 +116,31 @@ class Choice:
         return value
 
 
+@dataclass(frozen=True, slots=True)
+class NumberOrWord:
+    """A pydantic type annotation: a quantity, or one word instead."""
+
+    quantity: Quantity
+    word: str
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Validate with :meth:`check` alone, whatever the annotated type."""
+        return core_schema.no_info_plain_validator_function(self.check)
+
+    @property
+    def allowed(self) -> str:
+        """What may be written, in words."""
+        return f'{self.quantity.allowed}, or "{self.word}"'
+
+    def check(self, value: object) -> float | tuple[float, float] | str:
+        """Return the number or the word, or refuse it."""
+        if value == self.word:
+            return self.word
+        if isinstance(value, str):
+            refuse(f"must be {self.allowed}")
+        return self.quantity.check(value)
+
+
 def _order_hint(low: float, high: float, shape: str) -> str:
     if low > high:
         return f"swap the two: [{high:g}, {low:g}]"

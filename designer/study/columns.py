@@ -13,6 +13,7 @@ from designer.goals import GOALS, in_columns
 if TYPE_CHECKING:  # tables are read without the solver
     from designer.configurations import Configuration
     from designer.design import Design
+    from designer.evaluate.focus import FocusScore
     from designer.evaluate.score import DepthScore
     from designer.optimise.search import SearchResult
     from designer.study.score import StudyScore
@@ -28,6 +29,7 @@ class FoundDesign:
 
     record: Design
     depth: DepthScore
+    focus: FocusScore
     score: StudyScore | None = None
 
 
@@ -158,6 +160,22 @@ _FURTHER = (
         lambda found: found.result.best.lens.name if found.design and found.result and found.result.best else None,
         "lens",
     ),
+    Column("f_number", float, _of_design(lambda design: design.record.camera.f_number), "f-number"),
+    Column(
+        "focus_distance_mm",
+        float,
+        _of_design(lambda design: design.focus.focus_distance_mm),
+        "focused at",
+        "mm",
+    ),
+    Column("largest_blur_px", float, _of_design(lambda design: design.focus.largest_blur_px), "largest blur", "px"),
+    Column(
+        "largest_blur_deg",
+        float,
+        _of_design(lambda design: design.focus.largest_blur_deg),
+        "largest blur in the scene",
+        "°",
+    ),
     Column("depth_error_worst", float, _of_depth(lambda depth: depth.depth_error_worst), "worst depth error", "%"),
     Column("first_order_valid", bool, _of_depth(lambda depth: depth.first_order_valid), "first order is enough"),
     Column(
@@ -239,7 +257,7 @@ COLUMNS: dict[str, Column] = {column.name: column for column in (*_CONTRACT, *_F
 """Every column of designs.csv by its name, in order."""
 SWEPT_COLUMNS: dict[str, Column] = {name: column for name, column in COLUMNS.items() if column.is_swept}
 """Those that a sweep keeps for each point and configuration."""
-SCORE_COLUMNS = ("depth_error_rms", "limit_ratio", "baseline_mm", "height_mm", "diameter_mm")
+SCORE_COLUMNS = ("depth_error_rms", "limit_ratio", "baseline_mm", "height_mm", "diameter_mm", "largest_blur_px")
 """What people compare designs by."""
 
 NAMES_OF_VERSION_0_1 = {

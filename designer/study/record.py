@@ -10,16 +10,19 @@ import numpy as np
 
 from designer.configurations import Configuration, MirrorKind
 from designer.design import Camera, Design, Mirror, View, Views, WorkingVolume
-from designer.evaluate.depth import Volume
+from designer.evaluate.depth import Volume, depth_error_rms
 from designer.evaluate.fabrication import mirror_shape
-from designer.evaluate.limit import ImageBounds, arrangement_of, least_limit_over
+from designer.evaluate.limit import ImageBounds, NoiseOfPair, arrangement_of, least_limit_over
+from designer.evaluate.predicted_noise import sharp_noise_model
 from designer.evaluate.score import evaluate_design
 from designer.goals import in_columns
 from designer.optics.layout import Layout, PlacedMirror
-from designer.optics.thin_lens import nominal_focal_length
 from designer.optics.view import elevation_tangents_of_views
+from designer.optimise.limit import conditions_of
 from designer.optimise.multistart import Candidate
 from designer.optimise.search import SearchResult
+from designer.optimise.specification import specification_of
+from designer.optimise.system import put_together
 from designer.requirement import Lens, Requirement
 from designer.study.score import LeastLimit, StudyScore
 
@@ -48,7 +51,7 @@ def record_of(requirement: Requirement, best: Candidate) -> Design:
         {
             "configuration": variant.configuration.name,
             "variant": describe_variant(best, layout),
-            "camera": _camera(requirement, best.lens, values["principal_distance"]),
+            "camera": _camera(requirement, best.lens, values),
             "mirrors": [_mirror(mirrors[name], kinds[name], requirement) for name in kinds],
             "views": _views(best),
             "baseline_mm": values["baseline"],
@@ -58,12 +61,23 @@ def record_of(requirement: Requirement, best: Candidate) -> Design:
                 elevation_deg=requirement.working_volume.elevation_deg,
                 distance_mm=requirement.working_volume.distance_mm,
             ),
-            "noise_px": requirement.noise_px,
+            "noise_px": equivalent_noise_px(best),
             "zone_gap_px": requirement.manufacture.zone_gap_px,
             "clearance_mm": requirement.manufacture.clearance_mm,
             "edge_margin_mm": requirement.manufacture.edge_margin_mm,
+            "sharpness": _finite(requirement.sharpness.model_dump()),
         }
     )
+
+
+def equivalent_noise_px(best: Candidate) -> float:
+    """The noise that, the same in both views and everywhere, gives the design's depth error, in pixels."""
+    specification = best.problem.specification
+    if not specification.predicted_share:
+        return float(specification.noise / specification.pixel_pitch)
+    system = put_together(best.problem.variant, best.values, specification)
+    per_pixel = float(depth_error_rms(system.pair, system.volume, specification.pixel_pitch))
+    return best.goals["depth_error"] / per_pixel
 
 
 def describe_variant(candidate: Candidate, layout: Layout) -> str:
@@ -89,18 +103,16 @@ def _number(value: Any) -> float:
     return float(np.ravel(value)[0])
 
 
-def _camera(requirement: Requirement, lens: Lens, principal_distance: float) -> Camera:
+def _camera(requirement: Requirement, lens: Lens, values: dict[str, float]) -> Camera:
     camera = requirement.camera
-    # f u / (f + u) undoes f0 u / (u - f0) but for the last digit: what was asked for is written as it was asked for.
-    shortest, longest = lens.focal_lengths_mm
-    nominal = min(max(nominal_focal_length(principal_distance, lens.focus_distance_mm), shortest), longest)
+    reciprocal_focus = values["reciprocal_focus"]
     return Camera.model_validate(
         {
-            "focal_length_mm": principal_distance,
+            "focal_length_mm": values["principal_distance"],
             "pixel_pitch_mm": camera.pixel_pitch_mm,
             "width_px": camera.width_px,
             "height_px": camera.height_px,
-            "f_number": lens.f_number,
+            "f_number": values["f_number"],
             "lens_radius_mm": lens.radius_mm,
             "lens_front_mm": lens.front_mm,
             "lens_length_mm": lens.length_mm,
@@ -108,10 +120,15 @@ def _camera(requirement: Requirement, lens: Lens, principal_distance: float) -> 
             "image_circle_radius_px": camera.image_circle_radius_px,
             "name": camera.name,
             "lens": lens.name,
-            "nominal_focal_length_mm": nominal,
-            "focus_distance_mm": lens.focus_distance_mm if math.isfinite(lens.focus_distance_mm) else None,
+            "nominal_focal_length_mm": values["focal_length"],
+            "focus_distance_mm": 1.0 / reciprocal_focus if reciprocal_focus else None,
         }
     )
+
+
+def _finite(values: dict[str, float]) -> dict[str, float | None]:
+    """Numbers as JSON holds them: None where there is no limit."""
+    return {name: value if math.isfinite(value) else None for name, value in values.items()}
 
 
 def _mirror(mirror: PlacedMirror, kind: MirrorKind, requirement: Requirement) -> Mirror:
@@ -180,6 +197,13 @@ def _score(requirement: Requirement, result: SearchResult, record: Design) -> St
     )
 
 
+def _sharp_noise(requirement: Requirement, lens: Lens) -> NoiseOfPair:
+    """The noise of a pair of views with every point in focus."""
+    specification = specification_of(requirement, lens)
+    conditions = conditions_of(specification)
+    return lambda pair: sharp_noise_model(conditions, pair, specification.fastest)
+
+
 def least_limit_of(requirement: Requirement, configuration: Configuration) -> LeastLimit:
     """The least limit over every baseline and principal distance that the requirement allows, and where it lies.
 
@@ -201,7 +225,7 @@ def least_limit_of(requirement: Requirement, configuration: Configuration) -> Le
                     requirement.baseline_range_mm,
                     lens.principal_distances_mm,
                     ImageBounds(camera.image_radius_mm, requirement.manufacture.zone_gap_px * pitch),
-                    requirement.noise_px * pitch,
+                    _sharp_noise(requirement, lens),
                 )
             )
     if not limits:

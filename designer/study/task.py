@@ -58,7 +58,7 @@ def solve_configuration(requirement: Requirement, configuration: Configuration) 
             design, score = scored_design_of(requirement, result)
             verdict = judge(design)
             if verdict.passed:
-                found = FoundDesign(design, score.score.depth, score)
+                found = FoundDesign(design, score.score.depth, score.score.focus, score)
             else:
                 status, reason = "failed", why_rejected(verdict)
         seconds = time.perf_counter() - started

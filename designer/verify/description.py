@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from designer.verify.intervals import in_degrees
+from designer.verify.light import ViewLight
 from designer.verify.verdict import Blockage, Verdict, ViewVerdict
 
 
@@ -13,7 +16,7 @@ def describe(verdict: Verdict) -> str:
         f"baseline {verdict.baseline_mm:.3f} mm",
     ]
     for name, view in verdict.views.items():
-        lines += _view_lines(name, view)
+        lines += [*_view_lines(name, view), *_light_lines(verdict.light[name])]
     lines += ["image, by angle from the axis at the pinhole:"]
     lines += [
         f"  {in_degrees(zone.psi_deg)}: {', '.join(zone.stations)}{' (blocked)' if zone.is_blocked else ''}"
@@ -38,6 +41,23 @@ def _view_lines(name: str, view: ViewVerdict) -> list[str]:
     if view.clearance_at:
         lines.append(f"  clearance  {view.clearance_mm:.3f} mm ({view.clearance_at})")
     return lines + [_blockage_line(blockage) for blockage in view.blockages]
+
+
+def _light_lines(light: ViewLight) -> list[str]:
+    """Full pupil: the least light, the largest blur, the other view's light."""
+    low, high = light.elevations_deg[0], light.elevations_deg[-1]
+    lowest, highest = (100.0 * float(np.min(light.arrives[end])) for end in (0, -1))
+    mixed = 100.0 * float(np.max([light.mixed_in_zone, *light.mixed_at_ends]))
+    return [
+        f"  light      {lowest:.0f} % of the pupil at {low:.4g} deg, {highest:.0f} % at {high:.4g} deg; "
+        + ("mixing unknown" if np.isnan(mixed) else f"{mixed:.2g} % from the other view"),
+        "  blur       "
+        + (
+            "unknown: not all of the light arrives"
+            if np.isnan(light.largest_blur_px)
+            else f"at most {light.largest_blur_px:.3g} px, {np.max(light.blur_deg):.3g} deg in the scene"
+        ),
+    ]
 
 
 def _blockage_line(blockage: Blockage) -> str:

@@ -1,7 +1,8 @@
 """The judge: a design traced, its record compared, its solids checked, and one verdict on all of it.
 
 Each question has its own module: the record (:mod:`.record`), chief rays of each view (:mod:`.chief_rays`), solids
-(:mod:`.solids`). A further question adds its sentences to the problems of :func:`judge`.
+(:mod:`.solids`), the light of the full pupil (:mod:`.light`). A further question adds its sentences to the problems of
+:func:`judge`.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from designer.trace.instrument import build_instrument
 from designer.verify.chief_rays import END_INSET_DEG, IMAGE_SAMPLES, judge_view
 from designer.verify.coverage import map_image
 from designer.verify.intervals import common, common_width, in_degrees
+from designer.verify.light import view_light
+from designer.verify.light_verdict import light_problems
 from designer.verify.record import needed_elevations, record_problems, topology_named_by
 from designer.verify.solids import contact_problems, find_rims
 from designer.verify.verdict import Verdict, ViewVerdict
@@ -24,7 +27,8 @@ def judge(design: Design, *, whole_image: bool = True) -> Verdict:
 
     A design passes when every asked elevation of both views is seen through the intended mirrors, each met first;
     every exit ray passes through the view's viewpoint and obeys its gain; the image zones are disjoint and inside
-    the image circle; and no two solids touch. Nonsense gets problems, never an exception.
+    the image circle; no two solids touch; and, where the record says how sharp the design must be, the light of the
+    full pupil arrives, unmixed and sharp. Nonsense gets problems, never an exception.
 
     Without the ``whole_image`` only rays that are asked for are traced: the same questions decide, five times sooner,
     but what else the camera sees stays unsaid.
@@ -44,6 +48,8 @@ def judge(design: Design, *, whole_image: bool = True) -> Verdict:
             *_zone_problems(design, upper, lower),
             *contact_problems(design),
         )
+        light = view_light(design)
+        problems += tuple(light_problems(design, light))
         image = (
             map_image(instrument, np.linspace(0.0, widest_pinhole_angle(design), IMAGE_SAMPLES)) if whole_image else []
         )
@@ -55,6 +61,7 @@ def judge(design: Design, *, whole_image: bool = True) -> Verdict:
         upper=upper,
         lower=lower,
         image=tuple(image),
+        light=light,
     )
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from designer.design import Interval, ViewName
-from designer.notebook_html import html_table
+from designer.notebook_html import html_table, percent
 from designer.verify.coverage import ImageZone
+from designer.verify.light import ViewLight
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +59,8 @@ class ViewVerdict:
 class Verdict:
     """The tracer's verdict on a design; ``problems`` says in one sentence each why it did not pass.
 
-    ``image`` says what the camera sees from the image centre out to the corner, in rising pinhole angles.
+    ``image`` says what the camera sees from the image centre out to the corner, in rising pinhole angles; ``light``
+    what becomes of the full pupil's light, by view.
     """
 
     passed: bool
@@ -67,6 +70,7 @@ class Verdict:
     upper: ViewVerdict
     lower: ViewVerdict
     image: tuple[ImageZone, ...]
+    light: Mapping[ViewName, ViewLight]
 
     @property
     def views(self) -> dict[ViewName, ViewVerdict]:
@@ -85,9 +89,25 @@ class Verdict:
 
     def _repr_html_(self) -> str:
         title = f"{self.configuration}: {'passes' if self.passed else 'does not pass'}"
-        columns = ("view", "viewpoint (mm)", "single-viewpoint residual (mm)", "least clearance (mm)", "problems")
+        columns = (
+            "view",
+            "viewpoint (mm)",
+            "single-viewpoint residual (mm)",
+            "least clearance (mm)",
+            "least light",
+            "largest blur (px)",
+            "problems",
+        )
         rows = [
-            (name, view.viewpoint_mm, view.svp_residual_mm, view.clearance_mm, len(view.problems))
+            (
+                name,
+                view.viewpoint_mm,
+                view.svp_residual_mm,
+                view.clearance_mm,
+                percent(self.light[name].least_arriving),
+                self.light[name].largest_blur_px,
+                len(view.problems),
+            )
             for name, view in self.views.items()
         ]
         return html_table(title, columns, rows, "; ".join(self.problems))

@@ -16,7 +16,7 @@ from designer.optics.view import elevation_tangents_of_views
 from designer.optimise.impossibility import why_fixed_conflicts, why_impossible
 from designer.optimise.problem import evaluate
 from designer.optimise.specification import specification_of
-from designer.optimise.variables import FreeRanges
+from designer.optimise.variables import free_ranges, with_principal_distance
 from designer.optimise.variants import Variant, enumerate_variants
 from designer.requirement import Requirement, set_key
 from designer.requirement.coherence import check_fixed_numbers
@@ -26,6 +26,7 @@ from designer.trace.instrument import build_instrument
 from designer.trace.sequential import trace_sequential
 from designer.verify.judge import judge
 from support.shipped_problems import (
+    CHIEF_RAYS_ALONE,
     CONFIGURATIONS,
     SHIPPED,
     VARIANTS,
@@ -43,7 +44,7 @@ from support.shipped_problems import (
 
 def reason(requirement: Requirement, variant: Variant) -> str | None:
     lens = requirement.camera.lenses[0]
-    ranges = FreeRanges(requirement.baseline_range_mm, lens.principal_distances_mm)
+    ranges = free_ranges(requirement, lens)
     return why_impossible(variant, specification_of(requirement, lens), ranges)
 
 
@@ -135,7 +136,7 @@ def test_no_traced_ray_leaves_a_plane_primary_at_or_below_its_horizon(name, vari
     assert low <= 0.0
     upwards = shipped_requirement("sky_watch")
     problem = problem_of(upwards, variant)
-    values = random_designs(problem, 1000, seed=3)
+    values = random_designs(problem, 1000, seed=3, f_number=CHIEF_RAYS_ALONE)
     kept = np.flatnonzero(is_coherent(put_together(problem, values)))[:20]
     assert kept.size == 20
     for index in kept:
@@ -192,7 +193,7 @@ def test_no_rule_forbids_what_random_search_finds(variant, low, span, baseline, 
 
 def unhindered(problem, seed: int) -> np.ndarray:
     """Which random designs send all their light out past everything; of those tried, whose image zones are apart."""
-    values = random_designs(problem, 1500, seed)
+    values = random_designs(problem, 3000, seed, f_number=CHIEF_RAYS_ALONE)
     system = put_together(problem, values)
     coherent = is_coherent(system)
     with np.errstate(all="ignore"):
@@ -300,7 +301,7 @@ def test_a_fixed_number_on_the_wrong_side_is_impossible_at_once(configuration, f
 def test_numbers_of_a_design_never_conflict_with_its_own_configuration(variant):
     """Whatever is fixed of a coherent design, alone or together, some design of the configuration has it."""
     problem = problem_of(shipped_requirement("pipe_inspection"), variant)
-    values = random_designs(problem, 400, seed=11)
+    values = random_designs(problem, 400, seed=11, f_number=CHIEF_RAYS_ALONE)
     system = put_together(problem, values)
     kept = np.flatnonzero(is_coherent(system))[:20]
     assert kept.size
@@ -338,7 +339,7 @@ def numbers_of(variant, system, values):
 
 def test_a_check_names_every_violation_in_its_own_unit():
     problem = problem_of(shipped_requirement("indoor_robot"), variant_called("folded-HyPl-Hy-upper_outer"))
-    values = random_designs(problem, 200, seed=1)
+    values = random_designs(problem, 200, seed=1, f_number=CHIEF_RAYS_ALONE)
     evaluation = evaluate(problem, put_together(problem, values))
     assert len(evaluation.names) == len(evaluation.units) == len(evaluation.amounts) == len(evaluation.violations)
     assert set(evaluation.units) <= {"mm", "px", "deg", "(a ratio)", "(in the gain)"}
@@ -353,14 +354,16 @@ def test_light_must_travel_forwards():
     problem = problem_of(requirement, variant_called("folded-HyPl-Hy-upper_outer"))
     backwards = {
         "baseline": 60.0,
-        "principal_distance": problem.bounds["principal_distance"].low,
+        "focal_length": 12.0,
+        "reciprocal_focus": 1.0 / 150.0,
+        "f_number": CHIEF_RAYS_ALONE,
         "lower_viewpoint": 130.51498510854924,
         "lower_gain": 0.04626006806991695,
         "upper_gain": 0.03673565377855876,
         "secondary_height": 127.34634883977473,
         "secondary_inverse_gain": 1.0,
     }
-    values = {name: np.array([value]) for name, value in backwards.items()}
+    values = with_principal_distance({name: np.array([value]) for name, value in backwards.items()})
     evaluation = evaluate(problem, put_together(problem, values))
     failing = {
         name for name, amount in zip(evaluation.names, evaluation.violations[:, 0], strict=True) if amount > 1e-6

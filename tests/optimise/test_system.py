@@ -25,7 +25,7 @@ from designer.optimise.constraints import constraints_of
 from designer.optimise.problem import Problem
 from designer.optimise.specification import Specification, specification_values
 from designer.optimise.system import enclosure, put_together
-from designer.optimise.variables import VARIABLE_NAMES
+from designer.optimise.variables import VARIABLE_NAMES, with_principal_distance
 from designer.optimise.variants import Variant
 from support.shipped_problems import (
     VARIANTS,
@@ -57,7 +57,8 @@ def coherent_problem(variant: Variant) -> tuple[Problem, dict[str, np.ndarray]]:
 
 def symbolic(problem: Problem) -> casadi.Function:
     """Constraints, goals and every separation as a CasADi function of the physical variables and the rules."""
-    values = {name: casadi.SX.sym(name) for name in VARIABLE_NAMES}
+    variables = {name: casadi.SX.sym(name) for name in VARIABLE_NAMES}
+    values = with_principal_distance(variables)
     specification = Specification(*(casadi.SX.sym(field.name) for field in fields(Specification)))
     system = put_together(problem.variant, values, specification)
     numbers = [getattr(specification, field.name) for field in fields(Specification)]
@@ -74,7 +75,7 @@ def symbolic(problem: Problem) -> casadi.Function:
     goals = casadi.vertcat(*(goal.expression(system) for goal in GOALS.values()))
     return casadi.Function(
         "system",
-        [casadi.vertcat(*values.values()), casadi.vertcat(*numbers)],
+        [casadi.vertcat(*variables.values()), casadi.vertcat(*numbers)],
         [
             casadi.vertcat(*(item.value for item in constraints_of(system, {}))),
             goals,
@@ -156,7 +157,7 @@ def test_exact_derivatives_agree_with_finite_differences(variant):
         sides = []
         for sign in (1.0, -1.0):
             moved = dict(zip(VARIABLE_NAMES, at_point, strict=True)) | {name: at_point[column] + sign * step}
-            system = put_together(variant, moved, problem.specification)
+            system = put_together(variant, with_principal_distance(moved), problem.specification)
             goals = [goal.expression(system) for goal in GOALS.values()]
             sides.append([float(item.value) for item in constraints_of(system, {})] + [float(goal) for goal in goals])
         difference = (np.array(sides[0]) - np.array(sides[1])) / (2.0 * step)
@@ -172,8 +173,8 @@ def test_the_unit_box_maps_back_and_forth(variant):
     scaled[fixed] = 0.0
     values = problem.physical(scaled)
     assert problem.scaled(values) == pytest.approx(scaled, abs=1e-12)
-    for name, value in values.items():
-        interval = problem.bounds[name]
+    for name in VARIABLE_NAMES:
+        value, interval = values[name], problem.bounds[name]
         low, high = min(interval.low, interval.high), max(interval.low, interval.high)
         assert value.min() >= low - 1e-9 * abs(low)
         assert value.max() <= high + 1e-9 * abs(high)
@@ -198,7 +199,7 @@ def test_the_enclosure_is_what_sampled_mirrors_need(variant):
                 (face + mirror.direction * mirror.thickness).max(),
             ]
             radii.append(outer)
-        tight = enclosure(variant, one, problem.specification)
+        tight = enclosure(layout, problem.specification)
         assert float(np.ravel(tight["top"])[0]) == pytest.approx(max(heights[1:]), abs=1e-9)
         assert float(np.ravel(tight["bottom"])[0]) == pytest.approx(min(heights), abs=1e-9)
         assert float(np.ravel(tight["radius"])[0]) == pytest.approx(max(radii), abs=1e-9)

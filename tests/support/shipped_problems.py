@@ -18,7 +18,7 @@ from designer.optimise.problem import Problem, violations_of
 from designer.optimise.screening import draw
 from designer.optimise.specification import specification_of
 from designer.optimise.system import System
-from designer.optimise.variables import VARIABLE_NAMES, FreeRanges, bounds_of
+from designer.optimise.variables import bounds_of, free_ranges
 from designer.optimise.variants import Variant, enumerate_variants
 from designer.requirement import Requirement, read_requirement
 from support import CONFIGS
@@ -45,7 +45,7 @@ def problem_of(requirement: Requirement, variant: Variant, fixed: tuple[tuple[st
     """The problem of one variant with the first lens, whether or not a rule calls it impossible."""
     lens = requirement.camera.lenses[0]
     specification = specification_of(requirement, lens)
-    ranges = FreeRanges(requirement.baseline_range_mm, lens.principal_distances_mm)
+    ranges = free_ranges(requirement, lens)
     return Problem(variant, specification, bounds_of(variant, specification, ranges), fixed)
 
 
@@ -55,11 +55,19 @@ def problems_of(requirement: Requirement, configuration: Configuration) -> Itera
         yield problem_of(requirement, variant)
 
 
-def random_designs(problem: Problem, count: int, seed: int) -> dict[str, Array]:
-    """Variables of random designs, drawn as the optimiser draws its starts, each of shape (count,)."""
+def random_designs(problem: Problem, count: int, seed: int, f_number: float | None = None) -> dict[str, Array]:
+    """Variables of random designs, drawn as the optimiser draws its starts, each of shape (count,).
+
+    With an f-number of their own, such as one at which no more than chief rays are left.
+    """
     with np.errstate(all="ignore"):
-        values, _ = problem.enclosed(draw(problem, count, np.random.default_rng(seed)))
-    return {name: np.broadcast_to(np.asarray(values[name], dtype=float), (count,)) for name in VARIABLE_NAMES}
+        drawn = draw(problem, count, np.random.default_rng(seed))
+        values, _ = problem.enclosed(drawn if f_number is None else drawn | {"f_number": np.full(count, f_number)})
+    return {name: np.broadcast_to(np.asarray(value, dtype=float), (count,)) for name, value in values.items()}
+
+
+CHIEF_RAYS_ALONE = 1e12
+"""An f-number at which light has no width."""
 
 
 def at(values: dict[str, Array], index: int) -> dict[str, Array]:
@@ -104,6 +112,7 @@ def design_record(requirement: Requirement, problem: Problem, values: dict[str, 
     variant, specification = problem.variant, problem.specification
     lens, camera = requirement.camera.lenses[0], requirement.camera
     system = put_together(problem, values)
+    reciprocal_focus = _number(values["reciprocal_focus"])
     kinds = variant.configuration.mirror_kinds
     words = {"Pl": "plane", "Hy": "hyperboloid", "El": "ellipsoid", "Pa": "paraboloid"}
     mirrors = []
@@ -151,7 +160,8 @@ def design_record(requirement: Requirement, problem: Problem, values: dict[str, 
                 "pixel_pitch_mm": camera.pixel_pitch_mm,
                 "width_px": camera.width_px,
                 "height_px": camera.height_px,
-                "f_number": lens.f_number,
+                "f_number": _number(values["f_number"]),
+                "focus_distance_mm": 1.0 / reciprocal_focus if reciprocal_focus else None,
                 "lens_radius_mm": lens.radius_mm,
                 "lens_front_mm": lens.front_mm,
                 "lens_length_mm": lens.length_mm,
@@ -170,7 +180,7 @@ def design_record(requirement: Requirement, problem: Problem, values: dict[str, 
                 "elevation_deg": list(requirement.working_volume.elevation_deg),
                 "distance_mm": list(requirement.working_volume.distance_mm),
             },
-            "noise_px": requirement.noise_px,
+            "noise_px": 0.1,
         }
     )
 

@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from designer.configurations import Configuration
+from designer.evaluate.focus import focus_score
 from designer.evaluate.score import depth_score
 from designer.optimise.search import WarmStart, search
 from designer.optimise.separating_directions import SeparatingDirections
@@ -85,7 +86,7 @@ def _solve(
             record = record_of(requirement, result.best)
             verdict = judge(record, whole_image=False)
             found = (
-                replace(found, design=FoundDesign(record, depth_score(record)))
+                replace(found, design=FoundDesign(record, depth_score(record), focus_score(record)))
                 if verdict.passed
                 else replace(found, status="failed", reason=why_rejected(verdict))
             )

@@ -1,0 +1,96 @@
+"""The noise of a match as the depth error takes it: predicted from lens, light and texture wherever a point lies.
+
+:mod:`designer.evaluate.noise` says how precisely a point can be matched where its blur is known; here the blur follows
+from the mirrors and the focus. Floats, NumPy arrays or CasADi symbols; lengths in mm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from designer.evaluate.depth import NoiseModel, StereoPair
+from designer.evaluate.noise import Exposure, ImagePoint, Light, Matching, Texture, matching_noise
+from designer.optics.backend import Scalar, sqrt
+from designer.optics.focus import Lens, LightPath, chief_ray, reciprocal_along_ray, reciprocal_image_depth
+from designer.optics.view import image_radius, image_radius_slope
+
+# Wavelengths of the texture that is matched, as shares of the farthest distance.
+FINEST_TEXTURE, COARSEST_TEXTURE = 0.8e-3, 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """What a noise is predicted for, beside the design: camera, light, texture, and the matcher.
+
+    ``constant`` is a standard deviation in mm on the sensor that counts whatever the lens does; with a
+    ``predicted_share`` of 0 it is all there is, with 1 the prediction is added to it in squares.
+    """
+
+    constant: Scalar
+    predicted_share: Scalar
+    pixel_pitch: Scalar
+    wavelength: Scalar
+    texture: Texture
+    light: Light
+    matching: Matching
+
+
+def noise_model(conditions: Conditions, pair: StereoPair, lens: Lens, light: Mapping[str, LightPath]) -> NoiseModel:
+    """The noise of a match at any point, through a lens: a function of the lower and the upper slope and the distance.
+
+    Parameters
+    ----------
+    pair
+        The two views.
+    lens
+        The lens, focused and stopped down.
+    light
+        What focusing needs of each view, by its name.
+    """
+
+    def defocus(view: str, slope: Scalar, distance: Scalar) -> Scalar:
+        ray = chief_ray(light[view], slope)
+        return lens.blur(reciprocal_image_depth(ray, reciprocal_along_ray(slope, distance)))
+
+    return _noise_model(conditions, pair, lens.f_number, defocus)
+
+
+def sharp_noise_model(conditions: Conditions, pair: StereoPair, f_number: Scalar) -> NoiseModel:
+    """The same with every point in focus: what no mirrors can better at that f-number."""
+    return _noise_model(conditions, pair, f_number, lambda view, slope, distance: 0.0)
+
+
+def _noise_model(
+    conditions: Conditions, pair: StereoPair, f_number: Scalar, defocus: Callable[[str, Scalar, Scalar], Scalar]
+) -> NoiseModel:
+    exposure = Exposure(conditions.pixel_pitch, f_number, wavelength=conditions.wavelength)
+    views = {
+        "lower": (pair.gain_lower, pair.sense_lower),
+        "upper": (pair.gain_upper, pair.sense_upper),
+    }
+
+    def image_point(view: str, slope: Scalar, distance: Scalar) -> ImagePoint:
+        gain, sense = views[view]
+        return ImagePoint(
+            slope,
+            image_radius(slope, gain, pair.principal_distance, sense),
+            image_radius_slope(slope, gain, pair.principal_distance, sense),
+            defocus(view, slope, distance),
+        )
+
+    def noise_at(lower: Scalar, upper: Scalar, distance: Scalar) -> tuple[Scalar, Scalar]:
+        of_upper, of_lower = matching_noise(
+            image_point("upper", upper, distance),
+            image_point("lower", lower, distance),
+            distance,
+            conditions.texture,
+            conditions.light,
+            exposure,
+            conditions.matching,
+        )
+        floor = conditions.constant * conditions.constant
+        share = conditions.predicted_share
+        return sqrt(floor + share * of_lower * of_lower), sqrt(floor + share * of_upper * of_upper)
+
+    return noise_at

@@ -1,0 +1,40 @@
+"""How sharp the images must be, and the light that they are taken in."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from pydantic import Field
+
+from designer.requirement.part import Part
+from designer.requirement.quantity import Quantity
+
+
+class Sharpness(Part):
+    """How much the lens may blur: diameters of the blur of a point, at every elevation and distance of the volume."""
+
+    max_blur_deg: Annotated[
+        float,
+        Quantity(0.01, 90, "degrees", may_be_infinite=True),
+        Field(
+            default=1.0,
+            description="Largest blur as an angle in the scene: matching loses detail finer than that. Up to 0.5 to "
+            "0.75 degrees cost a 9 x 9 window nothing, 1 to 1.5 a tenth of the points, 2 to 3 half of them. "
+            "Default: 1.",
+        ),
+    ]
+    max_blur_px: Annotated[
+        float,
+        Quantity(0.1, 10_000, "pixels", may_be_infinite=True),
+        Field(default=math.inf, description="Largest blur on the sensor. Default: inf, since the angle decides."),
+    ]
+    least_light_percent: Annotated[
+        float,
+        Quantity(0, 100, "percent"),
+        Field(
+            default=90.0,
+            description="Least share of a scene point's light that must pass every edge, at both ends of each view's "
+            "range: the ray tracer rejects a design below. Default: 90.",
+        ),
+    ]
