@@ -21,7 +21,7 @@ from designer.evaluate.depth import NoiseModel, StereoPair, Volume, depth_error_
 from designer.optics.backend import Scalar, tan
 from designer.optics.view import elevation_tangents_of_views, half_angle_tangent, image_half_tangent
 
-NoiseOfPair = Callable[[StereoPair], NoiseModel]
+NoiseOfPair = Callable[[StereoPair], Scalar | NoiseModel]
 """The noise of a pair of views, where it depends on their gains."""
 
 

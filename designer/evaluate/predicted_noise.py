@@ -24,7 +24,8 @@ class Conditions:
     """What a noise is predicted for, beside the design: camera, light, texture, and the matcher.
 
     ``constant`` is a standard deviation in mm on the sensor that counts whatever the lens does; with a
-    ``predicted_share`` of 0 it is all there is, with 1 the prediction is added to it in squares.
+    ``predicted_share`` of 0 it is all there is, with 1 the prediction is added to it in squares. (A share that is a
+    symbol may become either.)
     """
 
     constant: Scalar
@@ -36,7 +37,9 @@ class Conditions:
     matching: Matching
 
 
-def noise_model(conditions: Conditions, pair: StereoPair, lens: Lens, light: Mapping[str, LightPath]) -> NoiseModel:
+def noise_model(
+    conditions: Conditions, pair: StereoPair, lens: Lens, light: Mapping[str, LightPath]
+) -> Scalar | NoiseModel:
     """The noise of a match at any point, through a lens: a function of the lower and the upper slope and the distance.
 
     Parameters
@@ -56,14 +59,16 @@ def noise_model(conditions: Conditions, pair: StereoPair, lens: Lens, light: Map
     return _noise_model(conditions, pair, lens.f_number, defocus)
 
 
-def sharp_noise_model(conditions: Conditions, pair: StereoPair, f_number: Scalar) -> NoiseModel:
+def sharp_noise_model(conditions: Conditions, pair: StereoPair, f_number: Scalar) -> Scalar | NoiseModel:
     """The same with every point in focus: what no mirrors can better at that f-number."""
     return _noise_model(conditions, pair, f_number, lambda view, slope, distance: 0.0)
 
 
 def _noise_model(
     conditions: Conditions, pair: StereoPair, f_number: Scalar, defocus: Callable[[str, Scalar, Scalar], Scalar]
-) -> NoiseModel:
+) -> Scalar | NoiseModel:
+    if isinstance(conditions.predicted_share, float) and conditions.predicted_share == 0.0:
+        return conditions.constant
     exposure = Exposure(conditions.pixel_pitch, f_number, wavelength=conditions.wavelength)
     views = {
         "lower": (pair.gain_lower, pair.sense_lower),

@@ -12,7 +12,7 @@ the clearances, the twins of equalities (their other side) and the goals.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -123,7 +123,9 @@ class _Symbols:
 
 
 @lru_cache(maxsize=128)
-def _build_symbols(variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...]) -> _Symbols:
+def _build_symbols(
+    variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], predicts_noise: bool
+) -> _Symbols:
     scaled = casadi.SX.sym("scaled", len(free))
     # A variable without a choice is its lower end, a parameter: no derivatives by it are ever needed.
     position = {name: scaled[i] for i, name in enumerate(free)}
@@ -131,6 +133,9 @@ def _build_symbols(variant: Variant, fixed: tuple[tuple[str, float], ...], free:
     low, high = casadi.SX.sym("low", len(VARIABLES)), casadi.SX.sym("high", len(VARIABLES))
     weights, scales = casadi.SX.sym("weights", len(GOALS) + 1), casadi.SX.sym("scales", len(GOALS))
     specification = Specification(*(numbers[i] for i in range(len(SPECIFICATION_NAMES))))
+    if not predicts_noise:
+        # A prediction is hundreds of operations at each of the volume's nodes: none where a number stands for it.
+        specification = replace(specification, predicted_share=0.0)
     values = with_principal_distance(
         {
             variable.name: unscaled(variable, variant, position.get(variable.name, 0.0), low[i], high[i])
@@ -156,10 +161,14 @@ def _build_symbols(variant: Variant, fixed: tuple[tuple[str, float], ...], free:
 
 @lru_cache(maxsize=512)
 def build_program(
-    variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], offered: OfferedDirections
+    variant: Variant,
+    fixed: tuple[tuple[str, float], ...],
+    free: tuple[str, ...],
+    predicts_noise: bool,
+    offered: OfferedDirections,
 ) -> Program:
     """Build the program of a variant, with the given variables free, for the directions offered."""
-    symbols = _build_symbols(variant, fixed, free)
+    symbols = _build_symbols(variant, fixed, free, predicts_noise)
     constraints = symbols.constraints
     slack = casadi.SX.sym("slack")
     equal = np.array([constraint.equality for constraint in constraints])
