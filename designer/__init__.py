@@ -1,3 +1,3 @@
 """Design of single-camera catadioptric stereo systems with conic mirrors and two single viewpoints."""
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"

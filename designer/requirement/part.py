@@ -22,7 +22,8 @@ def ends(value: NumberOrRange) -> tuple[float, float]:
 class Part(BaseModel):
     """Base of every part of a requirement: immutable; a key that does not exist is refused with the nearest name."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    # An infinite number stays one in the JSON that a sweep's store keeps.
+    model_config = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="constants")
 
     @model_validator(mode="before")
     @classmethod

@@ -26,6 +26,9 @@ from designer.optimise.system import put_together
 from designer.requirement import Lens, Requirement
 from designer.study.score import LeastLimit, StudyScore
 
+# Focused farther than any requirement can say, a lens is focused at infinity; so is one that rounding takes beyond.
+AT_INFINITY_PER_MM = 1e-9
+
 
 def design_of(requirement: Requirement, result: SearchResult) -> Design:
     """The design record of a feasible search result, scored."""
@@ -121,7 +124,7 @@ def _camera(requirement: Requirement, lens: Lens, values: dict[str, float]) -> C
             "name": camera.name,
             "lens": lens.name,
             "nominal_focal_length_mm": values["focal_length"],
-            "focus_distance_mm": 1.0 / reciprocal_focus if reciprocal_focus else None,
+            "focus_distance_mm": 1.0 / reciprocal_focus if reciprocal_focus > AT_INFINITY_PER_MM else None,
         }
     )
 

@@ -42,8 +42,9 @@ def test_defaults_follow_from_what_is_given() -> None:
     assert asked.envelope.mirror_diameter_mm == 80
     assert asked.camera.image_circle_radius_px == 600
     assert asked.camera.image_radius_mm == pytest.approx(2.64)
-    assert asked.camera.lenses[0].focus_distance_mm == math.inf
-    assert asked.camera.lenses[0].principal_distances_mm == (12, 12)
+    # Free from eight focal lengths to infinity: 12 u / (u - 12).
+    assert asked.camera.lenses[0].focus_distance_mm == (96, math.inf)
+    assert asked.camera.lenses[0].principal_distances_mm == (12, pytest.approx(1152 / 84))
     assert asked.baseline_range_mm == (100, 100)
     assert asked.configurations == enumerate_configurations()
     assert asked.objective.then == "height"

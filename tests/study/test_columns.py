@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from designer.design import read_design
+from designer.evaluate.focus import focus_score
 from designer.evaluate.score import depth_score
 from designer.study.columns import COLUMNS, SCORE_COLUMNS, STATUSES, SWEPT_COLUMNS, Column, Found, FoundDesign, typed
 from designer.study.row import Row, frame_of, read_row, row_of
@@ -46,7 +47,7 @@ def test_a_table_gives_back_every_value_to_the_last_digit(given_rows: list[Row])
 def test_a_row_of_a_design_holds_what_the_design_and_its_score_say() -> None:
     design = read_design(DATA / "folded_hypl_hy.json")
     depth = depth_score(design)
-    row = row_of(Found(CONFIGURATIONS[NAME], "feasible", "", design=FoundDesign(design, depth)))
+    row = row_of(Found(CONFIGURATIONS[NAME], "feasible", "", design=FoundDesign(design, depth, focus_score(design))))
     assert (row.configuration, row.family, row.status, row.reason) == (NAME, "folded", "feasible", "")
     assert row.number("depth_error_rms") == depth.depth_error_rms
     assert row.number("principal_distance_mm") == design.camera.focal_length_mm
@@ -88,6 +89,7 @@ def test_people_read_shares_as_percent_and_units_in_headings() -> None:
         "baseline mm",
         "height mm",
         "diameter mm",
+        "largest blur px",
     ]
     assert COLUMNS["depth_error_rms"].factor == 100.0
     assert COLUMNS["height_mm"].factor == 1.0

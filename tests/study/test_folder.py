@@ -28,7 +28,7 @@ from designer.study.run import run_study
 from designer.study.study import Study
 from designer.study.task import PARETO_POINTS
 from designer.verify.judge import judge
-from support.shipped_problems import shipped_requirement
+from support.shipped_problems import however_blurred, shipped_requirement
 
 # Feasible, infeasible and impossible, direct and folded.
 ONLY = (
@@ -56,7 +56,7 @@ FIRST_COLUMNS = [
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[Study, Path, list[Progress]]:
     folder = tmp_path_factory.mktemp("study")
-    requirement = set_key(shipped_requirement("indoor_robot"), "solve.starts", 4)
+    requirement = set_key(however_blurred(shipped_requirement("indoor_robot")), "solve.starts", 4)
     seen: list[Progress] = []
     return run_study(requirement, folder, jobs=1, only=ONLY, progress=seen.append), folder, seen
 

@@ -20,7 +20,7 @@ from designer.optimise.specification import specification_of
 from designer.optimise.system import System
 from designer.optimise.variables import bounds_of, free_ranges
 from designer.optimise.variants import Variant, enumerate_variants
-from designer.requirement import Requirement, read_requirement
+from designer.requirement import Requirement, read_requirement, set_key
 from support import CONFIGS
 
 Array = NDArray[np.float64]
@@ -39,6 +39,11 @@ def variant_name(variant: Variant) -> str:
 def shipped_requirement(name: str) -> Requirement:
     """One of the requirements that come with the designer."""
     return read_requirement(CONFIGS / f"{name}.toml")
+
+
+def however_blurred(requirement: Requirement) -> Requirement:
+    """The requirement with any blur allowed, and one focus: more configurations are feasible, and sooner."""
+    return set_key(set_key(requirement, "sharpness.max_blur_deg", math.inf), "camera.lens.focus_distance_mm", 100)
 
 
 def problem_of(requirement: Requirement, variant: Variant, fixed: tuple[tuple[str, float], ...] = ()) -> Problem:

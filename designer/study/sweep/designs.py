@@ -64,6 +64,11 @@ def _recalled(folder: Path, point: int, name: str) -> tuple[Requirement, Candida
         if status != ("feasible",):
             raise InputError(f"{folder}: {name} has no feasible design at point {point}")
         tasks = connection.execute("SELECT warm_starts FROM tasks WHERE point = ?", (point,)).fetchall()
+        if not tasks:
+            raise InputError(
+                f"{folder}: was written by another version of designer: its tables can be read, its designs cannot be "
+                "put together again"
+            )
     requirement = requirement_at(base, json.loads(asked[0]))
     known = {found: warm_starts for (text,) in tasks for found, warm_starts in read_warm_starts(text).items()}
     goals = requirement.objective

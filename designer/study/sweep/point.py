@@ -27,9 +27,6 @@ from designer.verify.judge import judge
 # Configurations of one task: enough of them that a task outweighs what it costs to hand it out.
 CONFIGURATIONS_PER_TASK = 11
 
-# Stores of version 0.1 hold the separating directions of a warm start under the keys on the left.
-_NAMES_OF_VERSION_0_1 = {"separators": "directions", "second_separators": "second_directions"}
-
 
 @dataclass(frozen=True, slots=True)
 class TaskResult:
@@ -97,8 +94,7 @@ def _solve(
 
 
 def _warm_start(item: dict[str, Any]) -> WarmStart:
-    item = {_NAMES_OF_VERSION_0_1.get(name, name): value for name, value in item.items()}
-    known = {name: _directions(item[name]) for name in _NAMES_OF_VERSION_0_1.values()}
+    known = {name: _directions(item[name]) for name in ("directions", "second_directions")}
     return WarmStart(**(item | known))
 
 

@@ -27,7 +27,7 @@ _SQL_TYPES = {str: "TEXT", float: "REAL", int: "INTEGER", bool: "INTEGER"}
 RESULT_COLUMNS = {name: _SQL_TYPES[column.kind] for name, column in SWEPT_COLUMNS.items()}
 """Columns of ``results`` beside the point, in order; lengths in mm, errors as shares."""
 
-_TASKS_OF_VERSION_0_1 = ["point", "chunk", "trails", "seconds"]
+_COLUMNS_OF_TASKS = ["point", "chunk", "warm_starts", "seconds"]
 
 _SCHEMA = f"""
 CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
@@ -109,7 +109,7 @@ class Store:
                 "plan of points": self.connection.execute("SELECT * FROM points ORDER BY point").fetchall() == planned,
                 "requirement": _asked(known["requirement"]) == _asked(about["requirement"]),
                 "version of designer": known["version of designer"] == about["version of designer"]
-                and _is_known(self.connection),
+                and not _has_other_columns(self.connection),
             }
             if not all(same.values()):
                 changed = " and ".join(key for key, is_same in same.items() if not is_same)
@@ -117,9 +117,9 @@ class Store:
                     f"{self.path}: holds a sweep with another {changed}; "
                     "give another folder with --out, or remove the file to start anew"
                 )
-            with self._writing():
-                _upgrade(self.connection)
-                self.connection.executemany("UPDATE about SET value = ?2 WHERE key = ?1", about.items())
+            if known != about:
+                with self._writing():
+                    self.connection.executemany("UPDATE about SET value = ?2 WHERE key = ?1", about.items())
             return
         with self._writing():
             # executescript would commit halfway.
@@ -159,40 +159,23 @@ def _columns_of(connection: sqlite3.Connection, table: str) -> list[str]:
     return [name for _, name, *_ in connection.execute(f"PRAGMA table_info({table})")]
 
 
-def _is_known(connection: sqlite3.Connection) -> bool:
-    """Whether this version reads the tables: its own, or those of version 0.1."""
-    results, tasks = set(_columns_of(connection, "results")), _columns_of(connection, "tasks")
-    if tasks == _TASKS_OF_VERSION_0_1:
-        return {"point", "configuration", "status"} <= results
-    return {"point", *RESULT_COLUMNS} <= results and tasks == ["point", "chunk", "warm_starts", "seconds"]
+def _has_other_columns(connection: sqlite3.Connection) -> bool:
+    """Whether the tables are not those that this version writes."""
+    return _columns_of(connection, "results") != ["point", *RESULT_COLUMNS] or (
+        _columns_of(connection, "tasks") != _COLUMNS_OF_TASKS
+    )
 
 
-def _is_of_version_0_1(connection: sqlite3.Connection) -> bool:
-    return _columns_of(connection, "tasks") == _TASKS_OF_VERSION_0_1
+def _see_as_this_version(connection: sqlite3.Connection) -> None:
+    """Let one connection see the results of another version as this one names them; the file stays as it is.
 
-
-def _missing(connection: sqlite3.Connection) -> list[str]:
+    What that version did not know is NULL, and there are no tasks: its warm starts are no designs of this version.
+    """
     known = _columns_of(connection, "results")
-    return [name for name in RESULT_COLUMNS if name not in known]
-
-
-def _upgrade(connection: sqlite3.Connection) -> None:
-    """Give a store of version 0.1 the columns of this one; nothing else changes."""
-    if not _is_of_version_0_1(connection):
-        return
-    connection.execute("ALTER TABLE tasks RENAME COLUMN trails TO warm_starts")
-    for name in _missing(connection):
-        connection.execute(f"ALTER TABLE results ADD COLUMN {name} {RESULT_COLUMNS[name]}")
-
-
-def _see_as_upgraded(connection: sqlite3.Connection) -> None:
-    """Let one connection see a store of version 0.1 as one of this version; the file stays as it is."""
-    if not _is_of_version_0_1(connection):
-        return
-    missing = _missing(connection)
-    columns = ", ".join(f"NULL AS {name}" if name in missing else name for name in RESULT_COLUMNS)
+    columns = ", ".join(name if name in known else f"NULL AS {name}" for name in RESULT_COLUMNS)
     connection.execute(f"CREATE TEMP VIEW results AS SELECT point, {columns} FROM main.results")
-    connection.execute("CREATE TEMP VIEW tasks AS SELECT point, chunk, trails AS warm_starts, seconds FROM main.tasks")
+    nothing = ", ".join(f"NULL AS {name}" for name in _COLUMNS_OF_TASKS)
+    connection.execute(f"CREATE TEMP VIEW tasks AS SELECT {nothing} WHERE 0")
 
 
 @contextmanager
@@ -247,9 +230,10 @@ def read_store(folder: Path) -> Iterator[sqlite3.Connection]:
     connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode=rw", uri=True, timeout=30.0)
     try:
         connection.execute("SELECT COUNT(*) FROM points")
-        if not _is_known(connection):
+        if not {"point", "configuration", "status"} <= set(_columns_of(connection, "results")):
             raise InputError(f"{path}: was written by another version of designer")
-        _see_as_upgraded(connection)
+        if _has_other_columns(connection):
+            _see_as_this_version(connection)
         yield connection
     except sqlite3.DatabaseError as error:
         raise InputError(f"{path}: is no store of a sweep: {error}") from None

@@ -294,12 +294,9 @@ def test_a_sweep_and_a_study_say_the_same_of_the_same_designs(finished_folder, u
                 assert list(there.fillna("")) == list(here.fillna("")), name
 
 
-@pytest.mark.parametrize(
-    "change", ["ALTER TABLE results DROP COLUMN depth_error_rms", "ALTER TABLE tasks ADD COLUMN other TEXT"]
-)
-def test_a_store_of_another_layout_is_refused(finished_folder, tmp_path, change):
+def test_a_store_of_another_layout_is_refused(finished_folder, tmp_path):
     folder = shutil.copytree(finished_folder, tmp_path / "out")
     with sqlite3.connect(folder / FILE_NAME) as connection:
-        connection.execute(change)
+        connection.execute("ALTER TABLE results DROP COLUMN status")
     with pytest.raises(InputError, match="another version of designer"):
         read_sweep_results(folder)
