@@ -19,9 +19,9 @@ AT_THE_BOUND = 1e-3
 def fabrication_notes_on(design: Design) -> list[str]:
     """Say what to look at before ordering a design's mirrors; plain sentences, most urgent first.
 
-    A mirror that is hard to make; an entrance pupil wider than clearance or edge margin, which every leg of a chief
-    ray is held to (left out for a record that does not say what was asked); a mirror of a folding pair held at the
-    bound that tells its kind from the next.
+    A mirror that is hard to make; an entrance pupil wider than clearance or edge margin, for a record of chief rays
+    alone, which these hold every leg of light to (left out where it does not say what was asked); a mirror of a folding
+    pair held at the bound that tells its kind from the next.
     """
     made = [note for mirror in design.mirrors for note in _on_making(mirror)]
     kinds = [note for name in _folding_pair(design) for note in _on_kind(design, name)]
@@ -57,6 +57,8 @@ def _on_making(mirror: Mirror) -> list[str]:
 
 
 def _on_pupil(design: Design) -> list[str]:
+    if design.sharpness is not None:
+        return []
     camera, pupil_mm = design.camera, design.camera.pupil_radius_mm
     asked = {"clearance_mm": design.clearance_mm, "edge_margin_mm": design.edge_margin_mm}
     short = {f"manufacture.{key}": value for key, value in asked.items() if value is not None and value < pupil_mm}

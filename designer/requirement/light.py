@@ -17,6 +17,7 @@ class Light(Part):
         float,
         Quantity(10, 1e7, "electrons"),
         Field(
+            title="white gives",
             default=10_000.0,
             description="Electrons that a white surface gives a pixel at at_f_number, for the exposure time and the "
             "illumination at hand. Other f-numbers collect as 1 / N^2, as far as the full well holds them. "
@@ -26,17 +27,29 @@ class Light(Part):
     at_f_number: Annotated[
         float,
         Quantity(0.5, 128),
-        Field(default=5.6, description="F-number to which white_electrons belongs. Default: 5.6."),
+        Field(
+            title="at f-number",
+            default=5.6,
+            description="F-number to which white_electrons belongs. Default: 5.6.",
+        ),
     ]
     read_noise_electrons: Annotated[
         float,
         Quantity(0, 10_000, "electrons"),
-        Field(default=8.0, description="Standard deviation of the detector's noise in the dark. Default: 8."),
+        Field(
+            title="read noise",
+            default=8.0,
+            description="Standard deviation of the detector's noise in the dark. Default: 8.",
+        ),
     ]
     wavelength_nm: Annotated[
         float,
         Quantity(200, 20_000, "nm"),
-        Field(default=550.0, description="Wavelength, for diffraction. Default: 550, green."),
+        Field(
+            title="wavelength",
+            default=550.0,
+            description="Wavelength, for diffraction. Default: 550, green.",
+        ),
     ]
 
 
@@ -46,12 +59,15 @@ class Matching(Part):
     matcher: Annotated[
         str,
         Choice(("sad", "semi_global")),
-        Field(default="sad", description="Matcher, as designer stereo has it. Default: sad, the paper's."),
+        Field(
+            title="matcher", default="sad", description="Matcher, as designer stereo has it. Default: sad, the paper's."
+        ),
     ]
     texture_contrast: Annotated[
         float,
         Quantity(1e-4, 1),
         Field(
+            title="contrast of each octave",
             default=0.106,
             description="Root-mean-square contrast of each octave of the surfaces' texture, relative to their tone. "
             "Default: 0.106, well textured surfaces; printed posters have 0.2, painted walls 0.005.",

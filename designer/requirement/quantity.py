@@ -128,6 +128,11 @@ class NumberOrWord:
         return core_schema.no_info_plain_validator_function(self.check)
 
     @property
+    def unit(self) -> str:
+        """Unit of the number."""
+        return self.quantity.unit
+
+    @property
     def allowed(self) -> str:
         """What may be written, in words."""
         return f'{self.quantity.allowed}, or "{self.word}"'

@@ -18,6 +18,7 @@ class Sharpness(Part):
         float,
         Quantity(0.01, 90, "degrees", may_be_infinite=True),
         Field(
+            title="blur in the scene, at most",
             default=1.0,
             description="Largest blur as an angle in the scene: matching loses detail finer than that. Up to 0.5 to "
             "0.75 degrees cost a 9 x 9 window nothing, 1 to 1.5 a tenth of the points, 2 to 3 half of them. "
@@ -27,12 +28,17 @@ class Sharpness(Part):
     max_blur_px: Annotated[
         float,
         Quantity(0.1, 10_000, "pixels", may_be_infinite=True),
-        Field(default=math.inf, description="Largest blur on the sensor. Default: inf, since the angle decides."),
+        Field(
+            title="blur on the sensor, at most",
+            default=math.inf,
+            description="Largest blur on the sensor. Default: inf, since the angle decides.",
+        ),
     ]
     least_light_percent: Annotated[
         float,
         Quantity(0, 100, "percent"),
         Field(
+            title="light of the pupil, at least",
             default=90.0,
             description="Least share of a scene point's light that must pass every edge, at both ends of each view's "
             "range: the ray tracer rejects a design below. Default: 90.",

@@ -97,7 +97,7 @@ class Manufacture(Part):
             title="edge margin",
             default=0.5,
             description="Radial width by which a mirror's face reaches beyond its used zone, at the outer and at the "
-            "inner edge. The used zone is that of chief rays: see clearance_mm. Default: 0.5, since diamond "
+            "inner edge. The used zone is that of the full width of the light. Default: 0.5, since diamond "
             "turning and polishing lose the last tenths of a millimetre.",
         ),
     ]
@@ -108,10 +108,8 @@ class Manufacture(Part):
             title="clearance",
             default=0.5,
             description="Least distance between any light and any edge, and between any two solids; light that "
-            "touches an edge is blocked, so it cannot be 0. Light means chief rays, through the middle of the "
-            "entrance pupil: with edge_margin_mm and this both at least the pupil's radius, focal length / "
-            "(2 f_number), next to no light is lost at edges. Default: 0.5, several times the usual assembly "
-            "tolerance.",
+            "touches an edge is blocked, so it cannot be 0. Light means its full width, through all "
+            "of the entrance pupil. Default: 0.5, several times the usual assembly tolerance.",
         ),
     ]
     zone_gap_px: Annotated[

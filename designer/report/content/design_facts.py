@@ -20,9 +20,19 @@ def design_groups(row: Row, design: Design) -> Groups:
 def winner_groups(row: Row, design: Design) -> Groups:
     """How well a design does and what it sees; its size stands in the verdict."""
     return [
-        ("Performance", [*_performance_facts(row), *_smallest_object_facts(design)]),
+        ("Performance", [*_performance_facts(row), *_focus_facts(row), *_smallest_object_facts(design)]),
         ("Views", _view_facts(design)),
     ]
+
+
+def _focus_facts(row: Row) -> list[tuple[str, str]]:
+    """Focus, stop and blur; nothing of tables that do not have them."""
+    if row.number("f_number") is None:
+        return []
+    focus, f_number = row.number("focus_distance_mm"), row.number("f_number")
+    at = "infinity" if focus is None else f"{number(focus, 0)} mm"
+    blurs = f"{number(row.number('largest_blur_px'), 1)} px, {number(row.number('largest_blur_deg'), 2)}°"
+    return [("largest blur", f"{blurs} (focus {at}, f/{plain_number(round(f_number or 0.0, 2))})")]
 
 
 def _smallest_object_facts(design: Design) -> list[tuple[str, str]]:

@@ -6,12 +6,12 @@ from collections.abc import Iterable
 
 from designer.goals import GOALS
 from designer.report.typst.markup import literal, plain_number, value_range
-from designer.requirement import Requirement
+from designer.requirement import PREDICTED, Requirement
 from designer.requirement.camera import Camera, Lens
 from designer.requirement.fixed import Fixed
 from designer.requirement.model import Objective
 from designer.requirement.part import Part
-from designer.requirement.quantity import Quantity
+from designer.requirement.quantity import NumberOrWord, Quantity
 
 Facts = list[tuple[str, str]]
 SYMBOLS = {"degrees": "°", "pixels": "px", "percent": "%"}
@@ -20,12 +20,14 @@ SYMBOLS = {"degrees": "°", "pixels": "px", "percent": "%"}
 
 def requirement_groups(asked: Requirement) -> list[tuple[str, Facts]]:
     """What was asked, defaults too, as groups of (name, value): a key with a title shows itself."""
-    camera = asked.camera
+    camera, predicts = asked.camera, asked.noise_px == PREDICTED
     groups: list[tuple[str, Facts]] = [
         ("Working volume", _facts(asked.working_volume) + _facts(asked)),
         ("Envelope", _facts(asked.envelope)),
         ("Camera", _named("camera", camera.name) + _sensor(camera) + _facts(camera)),
         *_lens_groups(camera.lenses),
+        ("Sharpness", _facts(asked.sharpness)),
+        *([("Light", _facts(asked.light)), ("Matching", _facts(asked.matching))] if predicts else []),
         ("Manufacture", _facts(asked.manufacture)),
         ("Objective", _objective(asked.objective) + _facts(asked.solve)),
         ("Fixed by the requirement", _fixed(asked.fixed)),
@@ -48,12 +50,14 @@ def _facts(part: Part) -> Facts:
     for name, field in type(part).model_fields.items():
         value = getattr(part, name)
         if field.title is not None and value is not None:
-            unit = next((each.unit for each in field.metadata if isinstance(each, Quantity)), "")
+            unit = next((each.unit for each in field.metadata if isinstance(each, Quantity | NumberOrWord)), "")
             facts.append((field.title, _value(value, unit)))
     return facts
 
 
-def _value(value: float | tuple[float, float], unit: str) -> str:
+def _value(value: float | tuple[float, float] | str, unit: str) -> str:
+    if isinstance(value, str):
+        return value
     return value_range(value, SYMBOLS.get(unit, unit)).replace(" °", "°").replace("∞ mm", "infinity")
 
 

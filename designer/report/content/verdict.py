@@ -37,7 +37,13 @@ def verdict(study: Study) -> str:
     if not study.feasible:
         return _nothing_feasible(study)
     winner = study.feasible[0]
-    sentences = [_counts(study), _winner(study, winner), _size(study, winner), _decided(study)]
+    sentences = [
+        _counts(study),
+        _winner(study, winner),
+        _size(study, winner),
+        _sharpness(winner),
+        _decided(study),
+    ]
     sentences += [_checked(study, winner), _fabrication_notes(study, winner), _runners_up(study)]
     return " ".join(sentence for sentence in sentences if sentence) + "\n"
 
@@ -104,6 +110,19 @@ def _size(study: Study, winner: Row) -> str:
     lens = winner.text("lens")
     sentence = f"With a baseline of {number(baseline, 1)} mm the mirror system is {' and '.join(parts)}"
     return text(sentence + (f"; lens: {lens}." if lens else ".")) if parts else ""
+
+
+def _sharpness(winner: Row) -> str:
+    """Focus, stop and largest blur of the winner through its own lens; nothing if the table does not say."""
+    blur_px, blur_deg, f_number = (winner.number(name) for name in ("largest_blur_px", "largest_blur_deg", "f_number"))
+    if blur_px is None or blur_deg is None or f_number is None:
+        return ""
+    focus = winner.number("focus_distance_mm")
+    at = "at infinity" if focus is None else f"at {number(focus, 0)} mm"
+    return text(
+        f"Focused {at} at f/{plain_number(round(f_number, 2))}, its lens blurs no point of the working "
+        f"volume by more than {number(blur_px, 1)} px, {number(blur_deg, 2)}° in the scene."
+    )
 
 
 def _decided(study: Study) -> str:

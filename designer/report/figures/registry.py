@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from designer.design import Design
 from designer.evaluate.score import recorded_fabrication_notes
+from designer.report.figures.blur import draw_blur
 from designer.report.figures.check import draw_check_errors, draw_check_maps, draw_floor_plan, plan_title, raw_svg
 from designer.report.figures.cross_section import draw_cross_section
 from designer.report.figures.depth_error import draw_depth_error
@@ -113,7 +114,13 @@ def _pareto(column: str) -> Callable[[Study, float, float], Drawing | None]:
 def _allowed(study: Study, column: str) -> float | None:
     """The envelope's bound on a size."""
     envelope = study.requirement.envelope
-    return {"height_mm": envelope.height_mm, "diameter_mm": envelope.diameter_mm}[column]
+    return {"height_mm": envelope.height_mm, "diameter_mm": envelope.diameter_mm}.get(column)
+
+
+def _blur_of_winner(study: Study, width_mm: float, height_mm: float) -> Drawing | None:
+    if not study.feasible:
+        return None
+    return Drawing(svg_bytes(draw_blur(study.best(1)[0][1], width_mm, height_mm)))
 
 
 def _has_pareto(study: Study, column: str) -> bool:
@@ -191,6 +198,20 @@ STUDY_FIGURES: tuple[ReportFigure[Study], ...] = (
         (165.0, 82.0),
         _trade("diameter_mm"),
         _always("Depth error against diameter, each feasible design by its rank (@ranking)."),
+    ),
+    ReportFigure(
+        "trade-blur",
+        TRADE,
+        (165.0, 82.0),
+        _trade("largest_blur_px"),
+        _always("Depth error against the largest blur in the working volume, each feasible design by its rank."),
+    ),
+    ReportFigure(
+        "blur-winner",
+        TRADE,
+        (165.0, 66.0),
+        _blur_of_winner,
+        _always("Blur of the winner through its lens, as focused and stopped down: diameters, to first order."),
     ),
     ReportFigure("fronts-height", TRADE, (165.0, 84.0), _pareto("height_mm"), _pareto_caption("height_mm")),
     ReportFigure("fronts-diameter", TRADE, (165.0, 84.0), _pareto("diameter_mm"), _pareto_caption("diameter_mm")),

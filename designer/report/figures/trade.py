@@ -18,7 +18,11 @@ from designer.report.typst.markup import DASH
 from designer.study.row import Row
 from designer.study.study import ParetoRow
 
-AXIS_LABEL = {"height_mm": "height of the mirror system (mm)", "diameter_mm": "diameter of the mirror system (mm)"}
+AXIS_LABEL = {
+    "height_mm": "height of the mirror system (mm)",
+    "diameter_mm": "diameter of the mirror system (mm)",
+    "largest_blur_px": "largest blur in the working volume (px)",
+}
 CLUSTER_DISTANCE_MM = 2.6
 """Points closer than this on paper are one near-tie and share a label."""
 
@@ -38,7 +42,7 @@ class TradePlot:
 
 
 def draw_trade(rows: Iterable[Row], swept: str, limit_mm: float | None, width_mm: float, height_mm: float) -> TradePlot:
-    """Draw depth error against ``swept`` (height_mm or diameter_mm), each design labelled by its rank."""
+    """Draw depth error against a column that has an ``AXIS_LABEL``, each design labelled by its rank."""
     points = [
         (size, 100.0 * error, row)
         for row in rows
