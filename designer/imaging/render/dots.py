@@ -15,14 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from designer.design import Design
 from designer.evaluate.resolution import VIEW_NAMES, ViewName
-from designer.imaging.render.raytracing import (
-    Pupil,
-    angular_spacing,
-    on_sensor,
-    pupil_of,
-    ray_directions,
-    sample_places,
-)
+from designer.imaging.render.camera_rays import angular_spacing, on_sensor, ray_directions, sample_places
+from designer.imaging.render.lens import Pupil, pupil_of
 from designer.imaging.render.scenes.shapes import Sphere
 from designer.imaging.render.textures import Floats
 from designer.trace.aiming import project
