@@ -3,7 +3,8 @@
 A pixel's light comes from a disc of the pupil through a square of the sensor. Each of its few rays stands for a cell
 of the two, and sees the texture through a Gaussian with the second moments of that cell where it meets the world. Rays
 start at the centres of their cells, so that all cells together have the second moments of square and disc, and blur a
-texture as a thousand rays would. Lengths in mm.
+texture as a thousand rays would. What has no texture of its own, the outlines of shapes and the edges of mirrors, is
+seen from the centres alone: with n rays its blur is narrower by 1 / (2 n). Lengths in mm.
 """
 
 from __future__ import annotations

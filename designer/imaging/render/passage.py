@@ -25,8 +25,9 @@ from designer.trace.sequential import trace_sequential
 BLACK_PARTS_RADIANCE = 0.02
 
 UNKNOWN = -1
-# Rings of places over half the pupil (the other half is its reflection in the meridian), as shares of its radius.
-PROBE_RINGS, PROBES_ON_RIM = (0.0, 0.25, 0.5, 0.75, 1.0), 25
+# Places over half the pupil (the other half is its reflection in the meridian), on rings at shares of its radius.
+FEWEST_RINGS, PROBES_ON_RIM = 600, 25
+PROBE_RINGS = (0.0, 0.25, 0.5, 0.75, 1.0)
 # Shift in the pupil by which a pencil's rays differ.
 PENCIL_MM = 1e-3
 
@@ -44,12 +45,12 @@ class Passage:
     """The ways of light against image radius.
 
     ``way_of_ring`` (k,) is the index in ``ways`` of the way that all light takes between the image radii of k and
-    k + 1 pixels, UNKNOWN where it takes several. ``pencils`` (ways, 4, k + 1) say how far apart rays lie, t behind
-    the last mirror, that start at neighbouring places of the pupil for the image radius of k pixels:
+    k + 1 steps, UNKNOWN where it takes several. ``pencils`` (ways, 4, k) say how far apart rays lie, t behind
+    the last mirror, that start at neighbouring places of the pupil for the image radius of k steps:
     (p0 + p1 t) in the meridian and (p2 + p3 t) across it, per distance in the pupil.
     """
 
-    pitch_mm: float
+    step_mm: float
     ways: tuple[Way, ...]
     way_of_ring: Indices
     pencils: Array
@@ -70,11 +71,12 @@ class PupilTrace:
 
 
 def find_passage(design: Design, instrument: Instrument, pupil: Pupil) -> Passage:
-    """Trace bundles over the pupil, for every pixel of image radius."""
+    """Trace bundles over the pupil, for every pixel of image radius or more finely."""
     camera = design.camera
-    pitch = camera.pixel_pitch_mm
     edge = camera.focal_length_mm * np.tan(widest_pinhole_angle(design))
-    radii = np.arange(np.ceil(edge / pitch) + 3.0) * pitch
+    step = min(camera.pixel_pitch_mm, edge / FEWEST_RINGS)
+    # The outermost pixels' rays may start a little beyond the edge.
+    radii = np.arange(np.ceil((edge + camera.pixel_pitch_mm) / step) + 3.0) * step
     probes = _probes(pupil.radius_mm)
     starts = np.tile(probes, (len(radii), 1))
     trace = trace_first_hits(instrument, _ahead(camera, np.repeat(radii, len(probes)), starts, pupil), starts)
@@ -88,12 +90,12 @@ def find_passage(design: Design, instrument: Instrument, pupil: Pupil) -> Passag
     around = np.stack([padded[shift : len(ring) - 2 + shift] for shift in range(4)])
     way_of_ring = np.where((around == around[0]).all(axis=0), around[0], UNKNOWN)
     pencils = np.stack([_pencils(camera, instrument, way, radii, pupil) for way in ways])
-    return Passage(pitch, ways, way_of_ring, pencils)
+    return Passage(step, ways, way_of_ring, pencils)
 
 
 def trace_pupil(passage: Passage, instrument: Instrument, radii: Array, directions: Array, starts: Array) -> PupilTrace:
     """Follow rays from places (n, 3) in the pupil along directions (n, 3), for image radii (n,)."""
-    ring = np.minimum((radii / passage.pitch_mm).astype(np.intp), len(passage.way_of_ring) - 1)
+    ring = np.minimum((radii / passage.step_mm).astype(np.intp), len(passage.way_of_ring) - 1)
     way = passage.way_of_ring[ring]
     points, ahead = np.empty_like(starts), np.empty_like(directions)
     leaves = np.zeros(len(way), dtype=bool)
@@ -123,7 +125,7 @@ def trace_pupil(passage: Passage, instrument: Instrument, radii: Array, directio
 def pencil_terms(passage: Passage, trace: PupilTrace, radii: Array) -> Array:
     """The four terms (4, n) of the pencils of rays at image radii (n,); zero on ways that are not known."""
     terms = np.zeros((4, len(radii)))
-    place = radii / passage.pitch_mm
+    place = radii / passage.step_mm
     table = np.arange(passage.pencils.shape[2], dtype=float)
     for index in range(len(passage.ways)):
         rays = np.flatnonzero(trace.way == index)
