@@ -9,7 +9,7 @@ seen from the centres alone: with n rays its blur is narrower by 1 / (2 n). Leng
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
@@ -22,6 +22,7 @@ from designer.imaging.render.camera_rays import Array, angular_spacing, on_senso
 from designer.imaging.render.lens import Lens, Pupil, diffract, pupil_of
 from designer.imaging.render.passage import (
     BLACK_PARTS_RADIANCE,
+    Passage,
     find_passage,
     pencil_terms,
     trace_pupil,
@@ -29,7 +30,7 @@ from designer.imaging.render.passage import (
 from designer.imaging.render.scenes.world import World, first_surfaces, radiance
 from designer.imaging.render.textures import Floats
 from designer.imaging.render.threads import for_each
-from designer.trace.instrument import build_instrument
+from designer.trace.instrument import Instrument, build_instrument
 
 Pixels = NDArray[np.intp]
 
@@ -60,6 +61,7 @@ class Symmetry:
 
 
 QUADRANTS = tuple(Symmetry(False, *reversed_) for reversed_ in product((False, True), repeat=2))
+IDENTITY = QUADRANTS[0]
 OCTANTS = tuple(Symmetry(*choice) for choice in product((False, True), repeat=3))
 
 
@@ -72,41 +74,66 @@ class PixelBlock:
     symmetries: tuple[Symmetry, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Optics:
+    """What all rays of a design share: its surfaces, its pupil, and what is known of the light's ways."""
+
+    camera: Camera
+    instrument: Instrument
+    pupil: Pupil
+    passage: Passage
+    spacing: Callable[[Array], Array]
+
+    @classmethod
+    def of(cls, design: Design) -> Optics:
+        """Trace what is needed of a design before any pixel."""
+        instrument, pupil = build_instrument(design), pupil_of(design.camera)
+        passage = find_passage(design, instrument, pupil)
+        return cls(design.camera, instrument, pupil, passage, angular_spacing(design, instrument))
+
+
 def render_full_aperture(design: Design, worlds: Sequence[World], samples: int, lens: Lens, seed: int) -> list[Floats]:
     """The images (h, w) of worlds through the pupil and a lens; ``samples`` squared rays for each pixel."""
-    camera = design.camera
-    instrument = build_instrument(design)
-    pupil = pupil_of(camera)
-    spacing = angular_spacing(design, instrument)
-    passage = find_passage(design, instrument, pupil)
+    camera, optics = design.camera, Optics.of(design)
     images = [np.zeros((camera.height_px, camera.width_px), dtype=np.float32) for _ in worlds]
     turn = float(np.random.default_rng(seed).random())
 
     def work(_: int, block: PixelBlock) -> None:
-        u, v, starts = sample_cells(block.rows, block.columns, samples, pupil, turn)
-        ahead = ray_directions(camera, u, v, starts, pupil)
-        radii = np.hypot(*on_sensor(camera, u, v))
-        trace = trace_pupil(passage, instrument, radii, ahead, starts)
-        share = lens.transmission(ahead, trace.reflections)
-        free = np.flatnonzero(trace.leaves)
-        footprint = Footprint.of(
-            spacing(radii[free]), pencil_terms(passage, trace, radii)[:, free], samples, pupil.radius_mm
-        )
-        exits = trace.exit_point[free].T, trace.exit_direction[free].T
-        for symmetry in block.symmetries:
-            target = _target(camera, block, symmetry)
-            for image, world in zip(images, worlds, strict=True):
-                seen = np.full(len(share), BLACK_PARTS_RADIANCE, dtype=np.float32)
-                hits = first_surfaces(world, symmetry.of(exits[0]), symmetry.of(exits[1]))
-                reach = np.where(hits.surface >= 0, hits.distance, 0.0)
-                seen[free] = radiance(world, hits, footprint.at(reach))
-                seen *= share
-                image[target] = seen.reshape(-1, samples**2).mean(axis=1)
+        for rows, columns, radiances in render_block(optics, worlds, block, samples, lens, turn):
+            for image, values in zip(images, radiances, strict=True):
+                image[rows, columns] = values
 
     for_each(work, _blocks(camera, samples**2))
     if lens.wavelength_nm is None:
         return images
     return [diffract(image, camera, lens.wavelength_nm) for image in images]
+
+
+def render_block(
+    optics: Optics, worlds: Sequence[World], block: PixelBlock, samples: int, lens: Lens, turn: float
+) -> Iterator[tuple[Pixels, Pixels, list[Floats]]]:
+    """Rows, columns and, for each world, radiances (n,) of the pixels of a block, for each of its reflections.
+
+    Without diffraction, which needs the whole image. ``turn`` is that of :func:`sample_cells`.
+    """
+    u, v, starts = sample_cells(block.rows, block.columns, samples, optics.pupil, turn)
+    ahead = ray_directions(optics.camera, u, v, starts, optics.pupil)
+    radii = np.hypot(*on_sensor(optics.camera, u, v))
+    trace = trace_pupil(optics.passage, optics.instrument, radii, ahead, starts)
+    share = lens.transmission(ahead, trace.reflections)
+    free = np.flatnonzero(trace.leaves)
+    pencil = pencil_terms(optics.passage, trace, radii)[:, free]
+    footprint = Footprint.of(optics.spacing(radii[free]), pencil, samples, optics.pupil.radius_mm)
+    points, directions = trace.exit_point[free].T, trace.exit_direction[free].T
+    for symmetry in block.symmetries:
+        radiances = []
+        for world in worlds:
+            seen = np.full(len(share), BLACK_PARTS_RADIANCE, dtype=np.float32)
+            hits = first_surfaces(world, symmetry.of(points), symmetry.of(directions))
+            seen[free] = radiance(world, hits, footprint.at(np.where(hits.surface >= 0, hits.distance, 0.0)))
+            seen *= share
+            radiances.append(seen.reshape(-1, samples**2).mean(axis=1))
+        yield *_target(optics.camera, block, symmetry), radiances
 
 
 @dataclass(frozen=True, slots=True)
