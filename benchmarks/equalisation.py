@@ -14,14 +14,14 @@ import numpy as np
 import pandas as pd
 
 from designer.design import Design, read_design
-from designer.evaluation.figures.equalisation import draw_rejections
-from designer.evaluation.figures.style import report_style, svg_bytes
 from designer.imaging.endtoend.equalisation_experiment import METHODS, compare, noise_gain, sampling_methods
 from designer.imaging.render.detector import Detector, expose
 from designer.imaging.render.raytracing import render
 from designer.imaging.render.scenes.library import build_world
 from designer.imaging.render.textures import TEXTURE_KINDS
 from designer.imaging.stereo.rig import build_rig
+from designer.report.figures.equalisation import draw_rejections
+from designer.report.figures.style import report_style, svg_bytes
 
 DESIGN = Path(__file__).parents[1] / "tests" / "data" / "folded_hypl_hy.json"
 RESULTS = Path(__file__).parent / "results"

@@ -14,16 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, differential_evolution
 
-from designer.optimise.screening import (
-    Evaluation,
-    Problem,
-    assemble_enclosed,
-    check,
-    draw,
-    physical_values,
-    scaled_values,
-)
-from designer.optimise.system import VARIABLES
+from designer.goals import GOALS
+from designer.optimise.problem import Evaluation, Problem
+from designer.optimise.problem import evaluate as evaluate_constraints
+from designer.optimise.screening import draw
+from designer.optimise.variables import VARIABLES
 
 Array = NDArray[np.float64]
 
@@ -37,8 +32,6 @@ DRAWN = 2048
 STALL_SHARE = 1e-6
 STALL_GENERATIONS = 80
 STRATEGIES = ("best1bin", "rand1bin", "currenttobest1bin", "best2bin")
-# Set by the mirrors themselves, never chosen.
-ENCLOSING = ("top", "bottom", "radius")
 
 
 @dataclass(slots=True)
@@ -60,8 +53,11 @@ def evolve(problem: Problem, goal: str, seconds: float, seed: int) -> Best:
     """Run differential evolution, restarted when it stalls, until the processor time is used up."""
     random = np.random.default_rng(seed)
     best = Best()
+    # What encloses the mirrors is set by them, never chosen.
     chosen = [
-        index for index, name in enumerate(VARIABLES) if not problem.bounds[name].is_fixed and name not in ENCLOSING
+        index
+        for index, variable in enumerate(VARIABLES)
+        if not problem.bounds[variable.name].is_fixed and variable.role == "shape"
     ]
     end = time.process_time() + seconds
     while time.process_time() < end:
@@ -73,10 +69,10 @@ def evolve(problem: Problem, goal: str, seconds: float, seed: int) -> Best:
 def evaluate(problem: Problem, scaled: Array) -> tuple[dict[str, Array], Evaluation]:
     """Goals and every constraint of designs in the unit box, (variables, n), in NumPy; enclosed as the mirrors are."""
     with np.errstate(all="ignore"):
-        _, system = assemble_enclosed(problem, physical_values(problem, scaled))
-        evaluation = check(problem, system)
+        _, system = problem.enclosed(problem.physical(scaled))
+        evaluation = evaluate_constraints(problem, system)
+        goals = {name: goal.expression(system) for name, goal in GOALS.items()}
     shape = evaluation.largest_violations.shape
-    goals = {"depth_error": system.depth_error, "height": system.height, "diameter": system.diameter}
     return {name: np.broadcast_to(value, shape) for name, value in goals.items()}, evaluation
 
 
@@ -132,7 +128,7 @@ def _run(
 def _population(problem: Problem, goal: str, chosen: list[int], random: np.random.Generator) -> Array:
     """A quarter the best of many random designs drawn as ours are, the rest drawn alike and taken as they come."""
     values = draw(problem, DRAWN, random)
-    columns = np.clip(scaled_values(problem, values), 0.0, 1.0)
+    columns = np.clip(problem.scaled(values), 0.0, 1.0)
     order = np.argsort(merits(problem, goal, columns), kind="stable")[: POPULATION // 4]
     others = np.setdiff1d(np.arange(DRAWN), order)[: POPULATION - order.size]
     return np.nan_to_num(columns[:, np.concatenate([order, others])][chosen].T, nan=0.5)

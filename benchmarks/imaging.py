@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.design import read_design
+from designer.imaging.images import Image
 from designer.imaging.stereo.matching import MatchingOptions
-from designer.imaging.stereo.panorama import Image
 from designer.imaging.stereo.rig import StereoRig, build_rig, match_image
 
 DESIGN = Path(__file__).parents[1] / "tests" / "data" / "folded_hypl_hy.json"

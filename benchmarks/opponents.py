@@ -17,12 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from designer.goals import GOALS
 from designer.optics.clearance import pair_up, separations
-from designer.optimise import program as programs
-from designer.optimise.program import GOALS, Program
-from designer.optimise.screening import Problem, physical_values
-from designer.optimise.separating_directions import FAR, Menu, Separators
-from designer.optimise.system import VARIABLES, assemble
+from designer.optimise import solver
+from designer.optimise.program import Program
+from designer.optimise.separating_directions import FAR
+from designer.optimise.solver import Run, Target
+from designer.optimise.specification import SPECIFICATION_NAMES
+from designer.optimise.system import put_together
+from designer.optimise.variables import VARIABLE_NAMES
 
 Array = NDArray[np.float64]
 
@@ -38,9 +41,7 @@ class Instance:
 
     program: Program
     arguments: dict[str, Array]
-    problem: Problem
-    menu: Menu
-    separators: Separators
+    run: Run
 
     @property
     def oracle(self) -> Any:
@@ -66,29 +67,25 @@ class Attempt:
 def recording() -> Iterator[list[Instance]]:
     """Record every program that searches solve meanwhile."""
     instances: list[Instance] = []
-    run = programs._run
+    arguments_of = solver.arguments_of
 
-    def recorded_run(problem: Problem, menu: Menu, separators: Separators, *rest: Any) -> Any:
-        *given, solve_program = rest
+    def recorded(run: Run, program: Program, target: Target, violation: float | None) -> dict[str, Array]:
+        arguments = arguments_of(run, program, target, violation)
+        instances.append(Instance(program, arguments, run))
+        return arguments
 
-        def recorded_solve(program: Program, arguments: dict[str, Array]) -> Any:
-            instances.append(Instance(program, arguments, problem, menu, separators))
-            return solve_program(program, arguments)
-
-        return run(problem, menu, separators, *given, recorded_solve)
-
-    programs._run = recorded_run
+    solver.arguments_of = recorded
     try:
         yield instances
     finally:
-        programs._run = run
+        solver.arguments_of = arguments_of
 
 
 def ours(instance: Instance) -> Attempt:
     """The search's own solvers; like those of the opponents, they are built before the clock starts."""
     _ = instance.program.solver
     started = time.process_time()
-    result, _ = programs._solve_program(instance.program, instance.arguments)
+    result, _ = solver.call_solver(instance.program, instance.arguments)
     seconds = time.process_time() - started
     return _attempt(instance, np.asarray(result["x"]).ravel(), seconds)
 
@@ -140,28 +137,27 @@ def _compiled(instance: Instance) -> tuple[Values, Callable[[Array], Array], Cal
 
 def _plain(instance: Instance) -> Values:
     """Objective and constraints as NumPy evaluates them, in the program's order."""
-    problem, menu, choice = instance.problem, instance.menu, instance.separators
+    problem, offered, choice = instance.run.problem, instance.run.offered, instance.run.directions
     parameters = instance.arguments["p"]
-    first = len(programs.SPECIFICATION_NAMES) + 2 * len(VARIABLES)
+    first = len(SPECIFICATION_NAMES) + 2 * len(VARIABLE_NAMES)
     weights = parameters[first : first + len(GOALS) + 1]
     scales = parameters[first + len(GOALS) + 1 : first + 2 * len(GOALS) + 1]
-    near = [bool(directions) for directions in (*menu.legs, *menu.solids)]
-    free = [not problem.bounds[name].is_fixed for name in VARIABLES]
+    near = [bool(directions) for directions in (*offered.legs, *offered.solids)]
+    free = instance.run.free
 
     def values(x: Array) -> tuple[float, Array]:
         slack = x[-1]
-        scaled = np.zeros(len(VARIABLES))
+        scaled = np.zeros(len(VARIABLE_NAMES))
         scaled[free] = x[:-1]
-        physical = physical_values(problem, scaled[:, None])
-        system = assemble(problem.variant, physical, problem.specification, problem.fixed_values)
-        residuals = [np.ravel(item.value)[0] / item.scale for item in system.constraints]
+        system = put_together(problem.variant, problem.physical(scaled[:, None]), problem.specification)
+        residuals = [np.ravel(item.value)[0] / item.scale for item in problem.constraints(system)]
         light, bodies = separations(system.layout, pair_up(system.layout))
         spare = [
             1.0 if direction == FAR else along[direction, row, 0] - problem.specification.clearance
             for directions, along in ((choice.legs, light), (choice.solids, bodies))
             for row, direction in enumerate(directions)
         ]
-        goals = np.array([np.ravel(getattr(system, name))[0] for name in GOALS]) / scales
+        goals = np.array([np.ravel(goal.expression(system))[0] for goal in GOALS.values()]) / scales
         rows = [np.array(residuals) + slack, np.array(spare)[near] + slack, goals]
         return float(weights @ np.append(goals, slack)), np.concatenate(rows)
 

@@ -18,7 +18,6 @@ import numpy as np
 
 from benchmarks.evolution import PENALTY_FLOOR, Best, evolve
 from benchmarks.problems import RESULTS, SHIPPED, Ours, problems_of, shipped_requirement, solve_afresh
-from designer.optimise.screening import physical_values
 
 RATIO_WORTH_TRYING = 1.02
 SHARE_THAT_COUNTS = 1e-3
@@ -120,7 +119,7 @@ def oppose(ours: Ours, budget: float, seed: int) -> Row:
     runs = [evolve(problem, goal, seconds / len(problems), seed) for problem in problems]
     winner = min(range(len(runs)), key=lambda index: runs[index].merit)
     best, problem = runs[winner], problems[winner]
-    values = {name: float(value) for name, value in physical_values(problem, best.scaled).items()}
+    values = {name: float(value) for name, value in problem.physical(best.scaled).items()}
     value = best.merit if best.is_feasible else None
     better = 100.0 * (1.0 - value / ours.value) if value is not None and ours.value is not None else None
     return {

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from designer.configurations import Configuration
-from designer.optimise.bounds import Ranges, bounds_of
+from designer.optimise.problem import Problem
 from designer.optimise.program import forget_programs
-from designer.optimise.screening import Problem
 from designer.optimise.search import SearchResult, fixed_parameters, search
 from designer.optimise.specification import specification_of
+from designer.optimise.variables import FreeRanges, bounds_of
 from designer.optimise.variants import enumerate_variants
 from designer.requirement import Requirement, read_requirement
 
@@ -61,6 +61,6 @@ def problems_of(requirement: Requirement, configuration: Configuration) -> Itera
     fixed = tuple(sorted(fixed_parameters(requirement).items()))
     for lens in requirement.camera.lenses:
         specification = specification_of(requirement, lens)
-        ranges = Ranges(requirement.baseline_range_mm, lens.principal_distances_mm)
+        ranges = FreeRanges(requirement.baseline_range_mm, lens.principal_distances_mm)
         for variant in enumerate_variants(configuration):
             yield Problem(variant, specification, bounds_of(variant, specification, ranges), fixed)

@@ -10,7 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 from itertools import product
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:  # so that listing the 44 does not load pydantic
+    from designer.design import ConicKind, ViewName, Zone
 
 Topology = Literal["upper_outer", "upper_inner"]
 Family = Literal["direct", "folded"]
@@ -26,6 +29,16 @@ class MirrorKind(Enum):
     PARABOLOID = "Pa"
 
     @property
+    def word(self) -> ConicKind:
+        """The kind as design files and sentences have it: plane, hyperboloid, ellipsoid, paraboloid."""
+        return _WORDS[self]
+
+    @property
+    def adjective(self) -> str:
+        """The kind as an adjective: plane, hyperboloidal, ellipsoidal, paraboloidal."""
+        return self.word if self is MirrorKind.PLANE else f"{self.word}al"
+
+    @property
     def has_finite_foci(self) -> bool:
         """Whether both foci lie at finite distance (a plane's are mirror images of each other)."""
         return self is not MirrorKind.PARABOLOID
@@ -34,6 +47,19 @@ class MirrorKind(Enum):
     def has_power(self) -> bool:
         """Whether the mirror changes the angle of a ray at its focus."""
         return self is not MirrorKind.PLANE
+
+
+_WORDS: dict[MirrorKind, ConicKind] = {
+    MirrorKind.PLANE: "plane",
+    MirrorKind.HYPERBOLOID: "hyperboloid",
+    MirrorKind.ELLIPSOID: "ellipsoid",
+    MirrorKind.PARABOLOID: "paraboloid",
+}
+
+
+def with_article(word: str) -> str:
+    """A kind's word or adjective after its indefinite article: "an ellipsoid"."""
+    return f"{'an' if word[0] in 'aeiou' else 'a'} {word}"
 
 
 # A hyperboloid or ellipsoid of a folding pair counts as one only while its inverse eccentricity (a hyperboloid's; an
@@ -52,7 +78,15 @@ def can_fold(primary: MirrorKind, secondary: MirrorKind) -> bool:
     return share_a_focus and (primary.has_power or secondary.has_power)
 
 
+# The view that each mirror gives which gives one alone.
+VIEW_OF_SINGLE_MIRROR: dict[str, ViewName] = {"lower": "lower", "upper": "upper", "direct": "upper"}
+
 FOLDING_PAIRS = tuple(pair for pair in product(MirrorKind, MirrorKind) if can_fold(*pair))
+
+
+def outer_view(topology: Topology) -> ViewName:
+    """Which view takes the outer zone of the image."""
+    return "upper" if topology == "upper_outer" else "lower"
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +107,20 @@ class Configuration:
         codes = [kind.value for kind in self.kinds]
         mirrors = "".join(codes) if self.family == "direct" else f"{codes[0]}{codes[1]}-{codes[2]}"
         return f"{self.family}-{mirrors}-{self.topology}"
+
+    @property
+    def outer_view(self) -> ViewName:
+        """Which view takes the outer zone of the image."""
+        return outer_view(self.topology)
+
+    @property
+    def inner_view(self) -> ViewName:
+        """Which view takes the inner zone of the image."""
+        return "lower" if self.outer_view == "upper" else "upper"
+
+    def zone_of(self, view: ViewName) -> Zone:
+        """The zone of the image that a view takes."""
+        return "outer" if view == self.outer_view else "inner"
 
     @property
     def mirror_kinds(self) -> dict[str, MirrorKind]:

@@ -22,6 +22,14 @@ NonNegative = Annotated[Number, Field(ge=0)]
 Pixels = Annotated[int, Strict(), Field(gt=0, le=1_000_000)]
 Interval = tuple[Number, Number]
 
+ViewName = Literal["upper", "lower"]
+VIEW_NAMES: tuple[ViewName, ViewName] = ("upper", "lower")
+ConicKind = Literal["plane", "hyperboloid", "ellipsoid", "paraboloid"]
+Sense = Literal["direct", "folded"]
+"""Which way the image of a view runs: tan(psi/2) = kappa tan(pi/4 + phi/2), or minus phi when folded."""
+Zone = Literal["outer", "inner"]
+"""The part of the image that a view takes: the ring at its edge, or what lies within."""
+
 
 class Record(BaseModel):
     """Base of every part of a design: immutable, strict about types, tolerant of further keys."""
@@ -82,7 +90,7 @@ class Mirror(Record):
     """
 
     name: str
-    kind: Literal["plane", "hyperboloid", "ellipsoid", "paraboloid"]
+    kind: ConicKind
     vertex_mm: Number
     radius_mm: Number | None
     conic: Number
@@ -128,9 +136,9 @@ class View(Record):
     path: Annotated[tuple[str, ...], Field(min_length=1)]
     viewpoint_mm: Number
     gain: Number
-    sense: Literal["direct", "folded"]
+    sense: Sense
     elevation_deg: Interval
-    zone: Literal["outer", "inner"]
+    zone: Zone
 
 
 class Views(Record):
@@ -138,6 +146,21 @@ class Views(Record):
 
     upper: View
     lower: View
+
+    @property
+    def by_name(self) -> dict[ViewName, View]:
+        """Both views by name, the upper one first."""
+        return {"upper": self.upper, "lower": self.lower}
+
+    @property
+    def outer(self) -> ViewName:
+        """Which view takes the outer zone, as the upper view's record has it."""
+        return "upper" if self.upper.zone == "outer" else "lower"
+
+    @property
+    def inner(self) -> ViewName:
+        """Which view takes the inner zone."""
+        return "lower" if self.outer == "upper" else "upper"
 
     @property
     def middle_mm(self) -> float:
@@ -188,7 +211,7 @@ class Design(Record):
         names = [mirror.name for mirror in self.mirrors]
         if len(set(names)) != len(names):
             raise ValueError(f"mirror names must differ: {', '.join(names)}")
-        for view in (self.views.upper, self.views.lower):
+        for view in self.views.by_name.values():
             for name in view.path:
                 if name not in names:
                     raise ValueError(f"path names mirror {name!r}; the mirrors are {', '.join(names)}")

@@ -1,5 +1,7 @@
-"""The notebooks run from top to bottom, and are kept without outputs."""
+"""The notebooks run from top to bottom through the API alone, and are kept without outputs."""
 
+import ast
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -34,6 +36,30 @@ def test_there_are_notebooks() -> None:
 def test_outputs_are_stripped(path: Path) -> None:
     cells = nbformat.read(path, as_version=4).cells
     assert not any(cell.get("outputs") or cell.get("execution_count") for cell in cells)
+
+
+def modules_imported_by(code: str) -> Iterator[str]:
+    """Every module that code imports, and every name that it imports from a package, with dots."""
+    for node in ast.walk(ast.parse(code)):
+        if isinstance(node, ast.Import):
+            yield from (name.name for name in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield from (f"{'.' * node.level}{node.module or ''}.{name.name}" for name in node.names)
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_the_api_is_the_only_door(path: Path) -> None:
+    cells = [cell.source for cell in nbformat.read(path, as_version=4).cells if cell.cell_type == "code"]
+    ours = {name for code in cells for name in modules_imported_by(code) if name.split(".")[0] in {"designer", ""}}
+    assert ours == {"designer.api"}
+    assert not any("import_module" in code or "__import__" in code for code in cells)
+
+
+def test_other_doors_are_noticed() -> None:
+    code = (
+        "from designer import api\nfrom designer.api import study\nimport designer.trace as t, numpy\nfrom . import x"
+    )
+    assert list(modules_imported_by(code)) == ["designer.api", "designer.api.study", "designer.trace", "numpy", "..x"]
 
 
 @pytest.mark.slow

@@ -22,7 +22,8 @@ def trace(design: Path) -> None:
     from designer.design import read_design
 
     record = read_design(design)
-    from designer.verify.verdict import describe, judge
+    from designer.verify.description import describe
+    from designer.verify.judge import judge
 
     verdict = judge(record)
     click.echo(describe(verdict))
@@ -42,9 +43,10 @@ def evaluate(design: Path, as_json: bool) -> None:
 
     record = read_design(design)
     from designer.evaluate.score import evaluate_design
+    from designer.verify.description import describe
+    from designer.verify.judge import judge
     from designer.verify.record import record_problems
     from designer.verify.traced_views import as_traced
-    from designer.verify.verdict import describe, judge
 
     geometry, warnings = as_traced(record)
     warnings += record_problems(geometry)

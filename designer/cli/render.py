@@ -6,32 +6,33 @@ from pathlib import Path
 
 import click
 
+from designer.cli.imaging_options import (
+    check_electrons,
+    design_argument,
+    detector_of,
+    detector_options,
+    scene_option,
+    seed_option,
+    texture_option,
+)
 from designer.files import InputError
 
 MOST_SAMPLES = 16
 
 
 @click.command()
-@click.argument("design", type=click.Path(path_type=Path), metavar="DESIGN.json")
-@click.option(
-    "--scene",
-    default="auto",
-    show_default=True,
-    help="office, pipe, hall, sky or cylinder, auto (by the working volume), or a mesh file (mm, z up).",
-)
+@design_argument
+@scene_option
 @click.option("-o", "--out", type=click.Path(path_type=Path), required=True, help="PNG file to write.")
 @click.option(
     "--samples", type=int, help="Rays along each side of a pixel, squared in all.  [default: 2; 4 with --aperture]"
 )
-@click.option("--aperture", is_flag=True, help="Rays all over the lens's pupil: shows defocus.")
-@click.option("--noise-electrons", type=float, help="Read noise; shot noise comes with it.  [default: no noise]")
-@click.option(
-    "--full-well-electrons", type=float, default=10_000.0, show_default=True, help="Electrons that white fills."
-)
+@click.option("--aperture", is_flag=True, help="Rays over the whole pupil of the lens: shows defocus.")
+@detector_options(read_noise_electrons=None)
 @click.option("--bits", type=click.Choice(["8", "16"]), default="8", show_default=True, help="Bits of a pixel.")
-@click.option("--texture", default="rich", show_default=True, help="rich, poor or repetitive.")
-@click.option("--sensor-height-mm", type=float, help="Height over the floor.  [default: the scene's own]")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of textures and noise.")
+@texture_option
+@click.option("--sensor-height-mm", type=float, help="Height above the floor.  [default: the scene's own]")
+@seed_option
 @click.option("--truth", type=click.Path(path_type=Path), help="Also write what each pixel sees, as .npz.")
 def render(
     design: Path,
@@ -53,25 +54,23 @@ def render(
     samples = (4 if aperture else 2) if samples is None else samples
     if not 1 <= samples <= MOST_SAMPLES:
         raise InputError(f"--samples {samples}: must be from 1 to {MOST_SAMPLES}")
-    if noise_electrons is not None and not 0.0 <= noise_electrons < float("inf"):
-        raise InputError(f"--noise-electrons {noise_electrons:g}: must be at least 0")
-    if not 1.0 <= full_well_electrons < float("inf"):
-        raise InputError(f"--full-well-electrons {full_well_electrons:g}: must be at least 1")
+    check_electrons(noise_electrons, full_well_electrons)
     if out.suffix.lower() != ".png":
         raise InputError(f"{out}: must end in .png")
     if truth is not None and truth.suffix.lower() != ".npz":
         raise InputError(f"{truth}: must end in .npz")
     record = read_design(design)
 
-    from designer.imaging.files import write_image, write_truth
-    from designer.imaging.render.detector import Detector, expose
+    from designer.imaging.images import write_image
+    from designer.imaging.render.detector import expose
+    from designer.imaging.render.files import write_truth
     from designer.imaging.render.raytracing import ground_truth
     from designer.imaging.render.raytracing import render as render_image
     from designer.imaging.render.scenes.library import build_world
 
     world = build_world(scene, record, texture, seed, sensor_height_mm)
     image = render_image(record, world, samples=samples, aperture=aperture, seed=seed)
-    detector = None if noise_electrons is None else Detector(full_well_electrons, noise_electrons)
+    detector = None if noise_electrons is None else detector_of(noise_electrons, full_well_electrons)
     write_image(out, expose(image, detector, bits=16 if bits == "16" else 8, seed=seed))
     click.echo(f"{out}: {record.camera.width_px} x {record.camera.height_px} pixels, scene {world.name}")
     if truth is not None:

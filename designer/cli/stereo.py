@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from designer.design import Design
     from designer.imaging.stereo.placement import ImagePlacement
 
-# Nothing nearer or farther than these stands around any sensor; far beyond, numbers overflow.
+# Nothing nearer or farther than these stands around any rig; far beyond, numbers overflow.
 NEAREST_MM, FARTHEST_MM = 1.0, 1e9
 FARTHEST_CENTRE_PX, LARGEST_NOISE_PX = 1e6, 1000.0
 
@@ -23,27 +23,27 @@ FARTHEST_CENTRE_PX, LARGEST_NOISE_PX = 1e6, 1000.0
 @click.argument("raw", type=click.Path(path_type=Path))
 @click.option("-o", "--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
 @click.option("--center", type=(float, float), metavar="U V", help="Pixel that the mirrors' axis hits.")
-@click.option("--find-center", is_flag=True, help="Find that pixel within 8 pixels of the given or designed one.")
-@click.option("--rotation-deg", type=float, default=0.0, help="Turn of the image, from +u towards +v.")
-@click.option("--scale", type=float, default=1.0, help="Magnification of the image against the design.")
+@click.option("--find-center", is_flag=True, help="Find that pixel, within 8 pixels of the given or the designed one.")
+@click.option("--rotation-deg", type=float, default=0.0, help="Rotation of the image, from +u towards +v.")
+@click.option("--scale", type=float, default=1.0, help="Magnification of the image relative to the design.")
 @click.option("--sampling", type=click.Choice(["spherical", "cylindrical"]), default="spherical", show_default=True)
 @click.option("--columns", type=click.IntRange(90, 20000), default=1800, show_default=True, help="Panorama width.")
-@click.option("--elevation-deg", type=(float, float), metavar="LOW HIGH", help="Both panoramas' elevations.")
-@click.option("--distance-mm", type=(float, float), metavar="NEAR FAR", help="Distances to look for.")
+@click.option("--elevation-deg", type=(float, float), metavar="LOW HIGH", help="Elevations of both panoramas.")
+@click.option("--distance-mm", type=(float, float), metavar="NEAR FAR", help="Nearest and farthest distance to match.")
 @click.option("--matcher", type=click.Choice(["sad", "semi-global"]), default="sad", show_default=True)
 @click.option("--window", type=click.IntRange(3, 15), default=9, show_default=True, help="Side of the window, odd.")
 @click.option("--equalise/--no-equalise", default=True, help="Equalise the two views' resolution.  [default: on]")
-@click.option("--level-brightness", is_flag=True, help="For views that are not equally bright.")
+@click.option("--level-brightness", is_flag=True, help="For views of unequal brightness.")
 @click.option("--noise-px", type=float, help="Noise of an image point, for the uncertainties.")
 @click.option("--slab-mm", type=(float, float), metavar="LOW HIGH", help="Heights z of the floor plan.")
 def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
-    """Reconstruct what RAW, an image of the camera of DESIGN.json, shows."""
+    """Reconstruct a point cloud from RAW, an image taken by the camera of DESIGN.json."""
     from designer.design import read_design
 
     _check(asked)
     record = read_design(design)
-    from designer.imaging.files import read_raw_image
-    from designer.imaging.stereo.results import StereoRequest, process, write_results
+    from designer.imaging.images import read_raw_image
+    from designer.imaging.stereo.results import StereoRequest, process, rig_of_request, write_results
 
     image = read_raw_image(raw, record.camera)
     placement = _placement(record, asked)
@@ -66,11 +66,12 @@ def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
         noise_px=asked["noise_px"],
         slab_mm=asked["slab_mm"],
     )
-    result = process(record, image, request)
-    summary = write_results(result, request, out, {"design": design, "raw": raw})
-    kept = summary["outcomes"]["kept"]
-    click.echo(f"{summary['points']} points ({100 * kept:.1f} % of the panorama), in {out}")
-    dropped = {name: part for name, part in summary["outcomes"].items() if name != "kept" and part > 0}
+    result = process(rig_of_request(record, request), image, request)
+    write_results(result, request, out, {"design": design, "raw": raw})
+    outcomes = result.matches.fractions
+    points = len(result.cloud.positions_mm)
+    click.echo(f"{points} points ({100 * outcomes['kept']:.1f} % of the panorama), in {out}")
+    dropped = {name: part for name, part in outcomes.items() if name != "kept" and part > 0}
     reasons = ", ".join(f"{name.replace('_', ' ')} {100 * part:.1f} %" for name, part in dropped.items())
     click.echo(f"dropped: {reasons or 'none'}")
 

@@ -20,10 +20,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from designer.design import Design
+from designer.design import Design, Sense
 from designer.optics.backend import Scalar, is_symbolic, sqrt, stack, tan, total
 from designer.optics.view import (
-    Sense,
     elevation_tangent,
     half_angle_tangent,
     image_half_tangent,

@@ -26,6 +26,7 @@ from designer.optics.conversions import (
     focal_from_vertex,
     semi_axes_from_focal,
 )
+from designer.optics.overall_size import OverallSize, Substrate, overall_size
 
 ALUMINIUM_G_PER_MM3 = 2.70e-3
 _PROFILE_POINTS = 201
@@ -88,22 +89,23 @@ def surface_of(mirror: Mirror) -> Surface:
     return Surface(mirror.vertex_mm, curvature, (1.0 + mirror.conic) * curvature**2)
 
 
+def size_of(design: Design) -> OverallSize:
+    """Overall height and diameter of a design's head."""
+    substrates = [
+        Substrate(surface_of(mirror), mirror.inner_radius_mm, mirror.outer_radius_mm, mirror.back_offset_mm)
+        for mirror in design.mirrors
+    ]
+    return overall_size(substrates, design.camera.lens_front_mm)
+
+
 def overall_height_mm(design: Design) -> float:
-    """From the lower of lens front and lowest substrate to the highest substrate (design notes, section 4)."""
-    heights = [height for mirror in design.mirrors for height in _substrate_heights(mirror)]
-    return max(heights) - min(*heights, design.camera.lens_front_mm)
+    """From the lower of lens front and lowest substrate to the highest substrate."""
+    return float(size_of(design).height)
 
 
 def overall_diameter_mm(design: Design) -> float:
     """Diameter over all mirrors with their substrates."""
-    return 2.0 * max(mirror.outer_radius_mm for mirror in design.mirrors)
-
-
-def _substrate_heights(mirror: Mirror) -> list[float]:
-    surface = surface_of(mirror)
-    shift = mirror.back_offset_mm
-    rims = [float(surface.height(radius)) for radius in (mirror.inner_radius_mm, mirror.outer_radius_mm)]
-    return [height + offset for height in rims for offset in (0.0, shift)]
+    return float(size_of(design).diameter)
 
 
 def _blank_volume_mm3(mirror: Mirror) -> float:

@@ -10,17 +10,15 @@ Lengths in mm, angles in radians; everything but :func:`least_limit_over` broadc
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from designer.configurations import Family, Topology
+from designer.configurations import Family, Topology, outer_view
+from designer.design import Sense, ViewName
 from designer.evaluate.depth import StereoPair, Volume, depth_error_rms
 from designer.optics.backend import Scalar, tan
-from designer.optics.view import Sense, elevation_tangents_of_views, half_angle_tangent, image_half_tangent
-
-ViewName = Literal["upper", "lower"]
+from designer.optics.view import elevation_tangents_of_views, half_angle_tangent, image_half_tangent
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +52,7 @@ def arrangement_of(family: Family, topology: Topology) -> Arrangement:
     return Arrangement(
         sense_lower="direct" if family == "direct" else "folded",
         sense_upper="direct",
-        outer_view="upper" if topology == "upper_outer" else "lower",
+        outer_view=outer_view(topology),
     )
 
 

@@ -8,18 +8,14 @@ image, degrees.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from designer.design import Design, View
+from designer.design import VIEW_NAMES, Design, View
 from designer.evaluate.depth import slopes_of_point, stereo_pair_of, volume_grid, volume_of
 from designer.evaluate.fabrication import surface_of
 from designer.optics.view import elevation_tangent, image_half_tangent, image_radius, image_radius_slope
-
-ViewName = Literal["upper", "lower"]
-VIEW_NAMES: tuple[ViewName, ViewName] = ("upper", "lower")
 
 # An object counts as resolved when it covers this many pixels, in height and in width, in both views.
 PIXELS_TO_RESOLVE = 2.0

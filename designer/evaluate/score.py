@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel
 
-from designer.design import Design
+from designer.design import VIEW_NAMES, Design
 from designer.evaluate.depth import (
     FIRST_ORDER_BOUND,
     SECOND_ORDER_BOUND,
@@ -28,7 +28,6 @@ from designer.evaluate.fabrication import MirrorShape, mirror_shape, overall_dia
 from designer.evaluate.fabrication_notes import fabrication_notes_on
 from designer.evaluate.limit import Arrangement, ImageBounds, depth_error_limit, limit_gains
 from designer.evaluate.resolution import (
-    VIEW_NAMES,
     angular_resolution_px_per_deg,
     azimuthal_resolution_px_per_deg,
     image_rims,
@@ -140,7 +139,7 @@ def limit_of_design(design: Design) -> float | None:
     arrangement = Arrangement(
         sense_lower=design.views.lower.sense,
         sense_upper=design.views.upper.sense,
-        outer_view="upper" if design.views.upper.zone == "outer" else "lower",
+        outer_view=design.views.outer,
     )
     bounds = ImageBounds(camera.image_radius_mm, design.zone_gap_px * camera.pixel_pitch_mm)
     at = (arrangement, volume_of(design), design.baseline_mm, camera.focal_length_mm, bounds)

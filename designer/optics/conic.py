@@ -1,14 +1,15 @@
 """A conic of revolution seen from one of its foci: two numbers that stay finite for every kind.
 
-With the gain kappa = (1 - q) / (1 + q) of the design notes and v the distance from focus A to the vertex, the
-inverse gain mu = 1 / kappa describes every mirror without a 0/0:
+They are v, the signed distance from the focus to the vertex, and the tangent ratio mu: the tangent of a ray's half
+angle at the other focus over that at this one (docs/theory.md, sections 2 and 3). They describe every mirror without a
+0/0:
 
-    R = 2 v t / (1 - mu t^2),   z = z_A + v (1 - t^2) / (1 - mu t^2),   t = tan(angle at A from +z / 2)
+    R = 2 v t / (1 - mu t^2),   z = z_focus + v (1 - t^2) / (1 - mu t^2),   t = tan(angle at the focus from +z / 2)
 
-mu = 1 is a plane, mu > 1 a convex hyperboloid, 0 < mu < 1 a concave one, mu = 0 a paraboloid (second focus at
-infinity) and mu < 0 an ellipsoid; -1 < mu < 0 is the ellipsoid whose second focus lies behind focus A (c < 0).
-Seen from focus B the same formulas hold with kappa in place of mu, which is how a primary is written: from the
-effective viewpoint, so that a second focus at infinity does no harm.
+Seen from focus A, on the camera's side, mu is 1 / kappa, with the gain kappa = (1 - q) / (1 + q). Then mu = 1 is a
+plane, mu > 1 a convex hyperboloid, 0 < mu < 1 a concave one, mu = 0 a paraboloid (second focus at infinity) and mu < 0
+an ellipsoid; -1 < mu < 0 is the ellipsoid whose second focus lies behind focus A (c < 0). Seen from focus B mu is
+kappa, which is how a primary is written: from the effective viewpoint, so that a second focus at infinity does no harm.
 
 All functions take floats, NumPy arrays or CasADi symbols; lengths in mm.
 """
@@ -43,34 +44,38 @@ class Surface:
 
 @dataclass(frozen=True, slots=True)
 class FocalConic:
-    """A mirror by one focus, the signed distance from it up to the vertex, and the inverse gain from there."""
+    """A mirror by one of its foci.
+
+    ``vertex_distance`` is the signed distance from the focus up to the vertex. ``tangent_ratio`` is the half-angle
+    tangent at the other focus over that at this one: 1 / kappa if this is focus A, kappa if it is focus B.
+    """
 
     focus_height: Scalar
     vertex_distance: Scalar
-    inverse_gain: Scalar
+    tangent_ratio: Scalar
 
     @property
     def surface(self) -> Surface:
         """The mirror by vertex, curvature and (1 + K) c^2."""
         return Surface(
             vertex_height=self.focus_height + self.vertex_distance,
-            curvature=(self.inverse_gain - 1.0) / (2.0 * self.vertex_distance),
-            conic_term=-self.inverse_gain / (self.vertex_distance * self.vertex_distance),
+            curvature=(self.tangent_ratio - 1.0) / (2.0 * self.vertex_distance),
+            conic_term=-self.tangent_ratio / (self.vertex_distance * self.vertex_distance),
         )
 
     @property
     def other_focus_height(self) -> Scalar:
         """Height of the second focus; infinite for a paraboloid."""
-        return self.focus_height + self.vertex_distance * (1.0 + 1.0 / self.inverse_gain)
+        return self.focus_height + self.vertex_distance * (1.0 + 1.0 / self.tangent_ratio)
 
     def point(self, half_tangent: Scalar) -> tuple[Scalar, Scalar]:
         """(R, z) where the ray at half-angle tangent t from this focus meets the mirror; R carries t's sign."""
         squared = half_tangent * half_tangent
-        scale = self.vertex_distance / (1.0 - self.inverse_gain * squared)
+        scale = self.vertex_distance / (1.0 - self.tangent_ratio * squared)
         return 2.0 * scale * half_tangent, self.focus_height + scale * (1.0 - squared)
 
 
-def conic_constant(inverse_gain: Scalar) -> Scalar:
+def conic_constant(tangent_ratio: Scalar) -> Scalar:
     """Conic constant K = -1/q^2 = -((mu + 1) / (mu - 1))^2; not for a plane (mu = 1)."""
-    ratio = (inverse_gain + 1.0) / (inverse_gain - 1.0)
+    ratio = (tangent_ratio + 1.0) / (tangent_ratio - 1.0)
     return -ratio * ratio

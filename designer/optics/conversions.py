@@ -16,9 +16,11 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from designer.design import ConicKind
+from designer.optics.kinds import gain_of, kind_of_conic
+
 Shape = Literal["convex", "flat", "concave"]
 SecondFocus = Literal["ahead", "behind"]
-ConicKind = Literal["plane", "hyperboloid", "ellipsoid", "paraboloid"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +56,7 @@ class FocalForm:
     @property
     def gain(self) -> float:
         """The gain kappa = (1 - q) / (1 + q) in t_A = kappa t_B."""
-        return (1 - self.inverse_eccentricity) / (1 + self.inverse_eccentricity)
+        return float(gain_of(self.inverse_eccentricity))
 
     @property
     def vertex_distance(self) -> float:
@@ -86,9 +88,7 @@ class VertexForm:
         """Kind of the conic; a sphere counts as an ellipsoid."""
         if math.isinf(self.radius):
             return "plane"
-        if self.conic_constant == -1:
-            return "paraboloid"
-        return "hyperboloid" if self.conic_constant < -1 else "ellipsoid"
+        return kind_of_conic(self.conic_constant).word
 
     @property
     def shape(self) -> Shape:

@@ -15,6 +15,7 @@ from itertools import pairwise
 
 from designer.optics.backend import Scalar, maximum
 from designer.optics.conic import FocalConic, Surface
+from designer.optics.overall_size import OverallSize, Substrate, overall_size
 
 Point = tuple[Scalar, Scalar]
 """(R, z) in the meridional plane, R signed."""
@@ -124,6 +125,11 @@ class PlacedMirror:
     thickness: Scalar
 
     @property
+    def substrate(self) -> Substrate:
+        """The mirror with its blank."""
+        return Substrate(self.surface, self.inner_radius, self.outer_radius, self.direction * self.thickness)
+
+    @property
     def rim_heights(self) -> tuple[Scalar, Scalar]:
         """Heights of the face at its inner and outer rim."""
         return self.surface.height(self.inner_radius), self.surface.height(self.outer_radius)
@@ -152,6 +158,10 @@ class Layout:
             for mirror in self.mirrors
             for side in (1, -1)
         )
+
+    def size(self, lens_front: Scalar) -> OverallSize:
+        """Overall height and diameter of the head over a lens whose front lies at ``lens_front``."""
+        return overall_size([mirror.substrate for mirror in self.mirrors], lens_front)
 
     @property
     def solids(self) -> tuple[Solid, ...]:

@@ -8,11 +8,8 @@ All functions take floats, NumPy arrays or CasADi symbols; lengths in mm, angles
 
 from __future__ import annotations
 
-from typing import Literal
-
+from designer.design import Sense
 from designer.optics.backend import Scalar, sqrt
-
-Sense = Literal["direct", "folded"]
 
 
 def half_angle_tangent(elevation_tangent: Scalar, sense: Sense) -> Scalar:

@@ -5,23 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from designer.configurations import Configuration, MirrorKind
+from designer.configurations import VIEW_OF_SINGLE_MIRROR, Configuration, MirrorKind, with_article
+from designer.optics.kinds import inverse_eccentricities, kind_of_conic, kind_of_single_mirror, radius_signs
 from designer.optics.view import elevation_tangents_of_views
-from designer.optimise.bounds import Ranges, limits_at
+from designer.optimise.limit import limiting_gains
 from designer.optimise.specification import Specification
+from designer.optimise.variables import FreeRanges
 from designer.optimise.variants import Variant, enumerate_variants
-from designer.requirement.coherence import VIEW_OF_MIRROR, inverse_eccentricities, kind_of_conic, radius_signs
-
-_KIND_WORDS = {
-    MirrorKind.PLANE: "plane",
-    MirrorKind.HYPERBOLOID: "hyperboloid",
-    MirrorKind.ELLIPSOID: "ellipsoid",
-    MirrorKind.PARABOLOID: "paraboloid",
-}
-_WITH_ARTICLE = {kind: f"{'an' if word[0] == 'e' else 'a'} {word}" for kind, word in _KIND_WORDS.items()}
 
 
-def why_impossible(variant: Variant, specification: Specification, ranges: Ranges) -> str | None:
+def why_impossible(variant: Variant, specification: Specification, free: FreeRanges) -> str | None:
     """The rule that forbids a variant under a requirement, as a sentence; None if none does.
 
     A concave last mirror sends its light through the viewpoint, so it cannot see a range that contains its own
@@ -29,12 +22,12 @@ def why_impossible(variant: Variant, specification: Specification, ranges: Range
     """
     kinds = variant.configuration.mirror_kinds
     for view in ("lower", "upper"):
-        spans = [_span_deg(specification, baseline, view) for baseline in ranges.baseline]
+        spans = [_span_deg(specification, baseline, view) for baseline in free.baseline]
         mirror = variant.last_mirror(view)
         shown = spans[0]
         if variant.crosses_at_viewpoint(view) and not _can_leave_horizon(spans):
             concave = kinds[mirror] is MirrorKind.PARABOLOID
-            words = f"a concave {_KIND_WORDS[kinds[mirror]]}" if concave else _WITH_ARTICLE[kinds[mirror]]
+            words = f"a concave {kinds[mirror].word}" if concave else with_article(kinds[mirror].word)
             return (
                 f"{words} cannot see a range that contains its own horizon, and the {view} view "
                 f"must see {shown[0]:.1f} to {shown[1]:.1f} degrees"
@@ -45,9 +38,9 @@ def why_impossible(variant: Variant, specification: Specification, ranges: Range
                 f"{shown[0]:.1f} to {shown[1]:.1f} degrees"
             )
     gains = [
-        min(limits_at(variant, specification, baseline, distance).values())
-        for baseline in ranges.baseline
-        for distance in ranges.principal_distance
+        min(limiting_gains(variant, specification, baseline, distance).values())
+        for baseline in free.baseline
+        for distance in free.principal_distance
     ]
     if max(gains) <= 0.0:
         return "the outer zone and the gap leave no room for the inner zone"
@@ -83,14 +76,14 @@ def why_fixed_conflicts(configuration: Configuration, fixed: Mapping[str, float]
         if reason is not None:
             return reason
     for name, kind in kinds.items():
-        if name in VIEW_OF_MIRROR:
-            ways = inverse_eccentricities(mirrors.get(name, {}), views.get(VIEW_OF_MIRROR[name], {}))
+        if name in VIEW_OF_SINGLE_MIRROR:
+            ways = inverse_eccentricities(mirrors.get(name, {}), views.get(VIEW_OF_SINGLE_MIRROR[name], {}))
             for words, q in ways:
-                implied = MirrorKind.ELLIPSOID if q > 1 else MirrorKind.HYPERBOLOID
+                implied = kind_of_single_mirror(q)
                 if implied is not kind:
                     return (
-                        f"the {name} mirror would be {_WITH_ARTICLE[implied]} by {words}, "
-                        f"and the configuration's is {_WITH_ARTICLE[kind]}"
+                        f"the {name} mirror would be {with_article(implied.word)} by {words}, "
+                        f"and the configuration's is {with_article(kind.word)}"
                     )
     return None
 
@@ -104,8 +97,8 @@ def _why_kind_conflicts(configuration: Configuration, name: str, given: Mapping[
         return f"the given {name} mirror is curved, and the configuration's is a plane" if curved else None
     if "conic" in given and kind is not (its := kind_of_conic(given["conic"])):
         return (
-            f"the given {name} mirror (conic constant {given['conic']:g}) is {_WITH_ARTICLE[its]}, "
-            f"and the configuration's is {_WITH_ARTICLE[kind]}"
+            f"the given {name} mirror (conic constant {given['conic']:g}) is {with_article(its.word)}, "
+            f"and the configuration's is {with_article(kind.word)}"
         )
     if "radius_mm" not in given:
         return None
@@ -115,7 +108,7 @@ def _why_kind_conflicts(configuration: Configuration, name: str, given: Mapping[
         return None
     return (
         f"the given {name} mirror has a radius of {given['radius_mm']:g} mm, and that of the configuration's "
-        f"{_KIND_WORDS[kind]} is {'negative' if -1 in signs else 'positive'}"
+        f"{kind.word} is {'negative' if -1 in signs else 'positive'}"
     )
 
 

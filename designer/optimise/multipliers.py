@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from designer.files import InputError
 from designer.optimise.multistart import Candidate
-from designer.optimise.program import Target, problem_parameters, solve_for_multipliers
+from designer.optimise.program import problem_parameters
 from designer.optimise.search import problem_of
-from designer.optimise.separating_directions import Menu
+from designer.optimise.separating_directions import OfferedDirections
+from designer.optimise.solver import Run, Target, minimise_for_multipliers
 from designer.requirement import Requirement, set_key
 
 # Share of a key's value by which it is moved to see which parameters follow it; they follow smoothly.
@@ -63,21 +64,20 @@ def first_stage_multipliers(
     -------
     None if the solver does not confirm the optimum. A negative value says that more of it lowers the objective.
     """
-    goal = Target(requirement.objective.minimise)
-    problem = first.problem
-    outcome = solve_for_multipliers(
-        problem, Menu.of([first.separators]), first.separators, first.scaled, goal, first.scales
-    )
-    scale = dict(zip(first.goals, first.scales, strict=True))[goal.minimise]
-    reached, expected = outcome.objective * scale, first.goals[goal.minimise]
-    if not outcome.converged or abs(reached - expected) > SAME_OPTIMUM * expected:
+    goal = requirement.objective.minimise
+    offered = OfferedDirections.of([first.directions])
+    run = Run(first.problem, offered, first.directions, first.scaled, first.scales)
+    result = minimise_for_multipliers(run, Target(goal))
+    scale = dict(zip(first.goals, first.scales, strict=True))[goal]
+    reached, expected = result.objective * scale, first.goals[goal]
+    if not result.converged or abs(reached - expected) > SAME_OPTIMUM * expected:
         return None
     lens = requirement.camera.lenses.index(first.lens)
     slopes = {}
     for key in keys:
         moves = _parameter_slopes(requirement, first, lens, key)
         if moves is not None:
-            slopes[key] = scale * float(outcome.slopes[: len(moves)] @ moves)
+            slopes[key] = scale * float(result.slopes[: len(moves)] @ moves)
     return slopes
 
 

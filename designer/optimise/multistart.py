@@ -1,8 +1,8 @@
-"""Going down from several starts at once, and checking every result in NumPy.
+"""Descents from several starts at once, every result evaluated in NumPy.
 
-A solver's word counts for nothing: a design is feasible when every constraint and every clearance, evaluated anew, is
-kept. Starts go in rounds: after each, the separators that hold a design and need not are chosen anew, and the program
-is built again once for all of them.
+The solver is not taken at its word: a design is feasible when every constraint and every clearance, evaluated anew, is
+kept. Starts go in rounds: after each, separating directions that hold a design and need not are chosen anew, and the
+program is built again once for all of them.
 """
 
 from __future__ import annotations
@@ -14,12 +14,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from designer.goals import GOALS
 from designer.optics.layout import Layout
-from designer.optimise.direction_choice import choose_separators, rechoose
-from designer.optimise.program import GOALS, SolverResult, Target, reduce_violation, solve
-from designer.optimise.screening import Evaluation, Problem, assemble_enclosed, check, physical_values, scaled_values
-from designer.optimise.separating_directions import Menu, Separators
-from designer.optimise.system import VARIABLES
+from designer.optimise.problem import Evaluation, Problem, evaluate
+from designer.optimise.separating_directions import (
+    OfferedDirections,
+    SeparatingDirections,
+    choose_directions,
+    rechoose_directions,
+)
+from designer.optimise.solver import Run, SolverResult, Target, minimise, reduce_violation
+from designer.optimise.variables import VARIABLE_NAMES
 from designer.requirement import SAME_OBJECTIVE, Lens
 
 Array = NDArray[np.float64]
@@ -28,14 +33,14 @@ Array = NDArray[np.float64]
 LARGEST_VIOLATION = 1e-6
 # Designs nearer than this in the unit box are the same.
 SAME_POINT = 1e-3
-# How often separators are chosen anew.
+# How often separating directions are chosen anew.
 ROUNDS = 4
 # Only so many of the best designs go into another round.
 MOST_DESIGNS_IN_LATER_ROUNDS = 4
 # Places tried around an optimum, and how far from it in the unit box they spread.
-HOPS = 8
-HOP_SPREADS = (0.01, 0.05)
-WORTH_ANOTHER_HOP = 1e-4
+PERTURBED_STARTS = 8
+PERTURBATIONS = (0.01, 0.05)
+WORTH_ANOTHER_RESTART = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +56,7 @@ class Candidate:
     scaled: Array
     values: dict[str, float]
     goals: dict[str, float]
-    separators: Separators
+    directions: SeparatingDirections
     violation: float
     evaluation: Evaluation
 
@@ -59,63 +64,67 @@ class Candidate:
     def layout(self) -> Layout:
         """The design put together: arrays of one."""
         values = {name: np.array([value]) for name, value in self.values.items()}
-        return assemble_enclosed(self.problem, values)[1].layout
+        return self.problem.enclosed(values)[1].layout
 
     @property
     def is_feasible(self) -> bool:
         """Whether every constraint is kept, by independent evaluation."""
         return self.violation <= LARGEST_VIOLATION
 
-    def keeps(self, goal: Target) -> bool:
-        """Whether the bounds of a goal are kept."""
-        return all(self.goals[name] <= bound * (1.0 + LARGEST_VIOLATION) for name, bound in goal.at_most)
+    def keeps(self, target: Target) -> bool:
+        """Whether the bounds that a target sets for other goals are kept."""
+        return all(self.goals[name] <= bound * (1.0 + LARGEST_VIOLATION) for name, bound in target.at_most)
 
 
 @dataclass(slots=True)
 class Task:
     """A problem with what a descent needs beside it.
 
-    ``scales`` are typical sizes of the goals. The menu grows with the separators that turn out to be needed;
-    ``statuses`` counts what the solver said.
+    ``scales`` are typical sizes of the goals. ``offered`` grows with the separating directions that turn out to be
+    needed; ``statuses`` counts what the solver said.
     """
 
     problem: Problem
     lens: Lens
     scales: tuple[float, ...]
     statuses: Counter[str]
-    menu: Menu | None = None
+    offered: OfferedDirections | None = None
 
-    def offer(self, choices: Iterable[Separators]) -> Menu:
-        """A menu with the given choices and all those offered before."""
-        menu = self.menu
+    def offer(self, choices: Iterable[SeparatingDirections]) -> OfferedDirections:
+        """The given choices and all those offered before."""
+        offered = self.offered
         for choice in choices:
-            if menu is None:
-                menu = Menu.of([choice])
-            elif not menu.offers(choice):
-                menu = menu.with_choice(choice)
-        assert menu is not None
-        self.menu = menu
-        return menu
+            if offered is None:
+                offered = OfferedDirections.of([choice])
+            elif not offered.allow(choice):
+                offered = offered.with_choice(choice)
+        assert offered is not None
+        self.offered = offered
+        return offered
 
-    def note(self, outcome: SolverResult) -> SolverResult:
-        """Count one outcome and pass it on."""
-        self.statuses[outcome.status] += 1
-        return outcome
+    def note(self, result: SolverResult) -> SolverResult:
+        """Count one result and pass it on."""
+        self.statuses[result.status] += 1
+        return result
+
+    def run_from(self, design: Candidate, directions: SeparatingDirections, offered: OfferedDirections) -> Run:
+        """A run of the solver that starts at a design."""
+        return Run(self.problem, offered, directions, design.scaled, self.scales)
 
 
-def examine(task: Task, scaled: Array, separators: Separators) -> Candidate:
-    """Check a point of the unit box in NumPy; what encloses the mirrors is taken from the mirrors themselves."""
-    return examine_all(task, scaled[:, None], [separators])[0]
+def examine(task: Task, scaled: Array, directions: SeparatingDirections) -> Candidate:
+    """Evaluate a point of the unit box in NumPy; what encloses the mirrors is taken from the mirrors themselves."""
+    return examine_all(task, scaled[:, None], [directions])[0]
 
 
-def examine_all(task: Task, scaled: Array, separators: Sequence[Separators]) -> list[Candidate]:
-    """Check points of the unit box at once, shape (variables, points), each with its separators."""
+def examine_all(task: Task, scaled: Array, directions: Sequence[SeparatingDirections]) -> list[Candidate]:
+    """Evaluate points of the unit box at once, shape (variables, points), each with its separating directions."""
     problem, shape = task.problem, scaled.shape[1:]
     with np.errstate(all="ignore"):
-        values, system = assemble_enclosed(problem, physical_values(problem, scaled))
-        evaluation = check(problem, system)
-        goals = {name: np.broadcast_to(getattr(system, name), shape) for name in GOALS}
-    enclosed = scaled_values(problem, values)
+        values, system = problem.enclosed(problem.physical(scaled))
+        evaluation = evaluate(problem, system)
+        goals = {name: np.broadcast_to(goal.expression(system), shape) for name, goal in GOALS.items()}
+    enclosed = problem.scaled(values)
     by_name = {name: np.broadcast_to(value, shape) for name, value in values.items()}
     violations = evaluation.largest_violations
     return [
@@ -130,29 +139,25 @@ def examine_all(task: Task, scaled: Array, separators: Sequence[Separators]) -> 
             float(violations[index]),
             evaluation.of_design(index),
         )
-        for index, choice in enumerate(separators)
+        for index, choice in enumerate(directions)
     ]
 
 
 def make_feasible(task: Task, starts: Sequence[Candidate]) -> list[Candidate]:
     """Reduce the largest violation of every start, until it is feasible or nothing helps."""
     best = list(starts)
-    choices = [start.separators for start in starts]
+    choices = [start.directions for start in starts]
     active = [index for index, start in enumerate(starts) if not start.is_feasible]
     if not active:
         return best
     for _ in range(ROUNDS):
-        menu = task.offer(choices[index] for index in active)
-        outcomes = [
-            task.note(
-                reduce_violation(
-                    task.problem, menu, choices[index], best[index].scaled, task.scales, best[index].violation
-                )
-            )
+        offered = task.offer(choices[index] for index in active)
+        results = [
+            task.note(reduce_violation(task.run_from(best[index], choices[index], offered), best[index].violation))
             for index in active
         ]
         again = []
-        for index, reached in zip(active, _examine_outcomes(task, outcomes, [choices[i] for i in active]), strict=True):
+        for index, reached in zip(active, _examine_results(task, results, [choices[i] for i in active]), strict=True):
             choice = choices[index]
             if not reached.violation < best[index].violation:
                 continue
@@ -167,31 +172,28 @@ def make_feasible(task: Task, starts: Sequence[Candidate]) -> list[Candidate]:
     return best
 
 
-def improve(task: Task, starts: Sequence[Candidate], goal: Target) -> list[Candidate]:
+def improve(task: Task, starts: Sequence[Candidate], target: Target) -> list[Candidate]:
     """Minimise a goal from every start, each feasible: never worse than it was."""
     best = list(starts)
-    choices = [start.separators for start in starts]
+    choices = [start.directions for start in starts]
     active = list(range(len(starts)))
     for _ in range(ROUNDS):
-        menu = task.offer(choices[index] for index in active)
-        outcomes = [
-            task.note(solve(task.problem, menu, choices[index], best[index].scaled, goal, task.scales))
-            for index in active
-        ]
+        offered = task.offer(choices[index] for index in active)
+        results = [task.note(minimise(task.run_from(best[index], choices[index], offered), target)) for index in active]
         again = []
-        for index, reached in zip(active, _examine_outcomes(task, outcomes, [choices[i] for i in active]), strict=True):
+        for index, reached in zip(active, _examine_results(task, results, [choices[i] for i in active]), strict=True):
             choice = choices[index]
-            better = reached.goals[goal.minimise] < best[index].goals[goal.minimise] * (1.0 - SAME_OBJECTIVE)
-            if reached.is_feasible and reached.keeps(goal) and better:
+            better = reached.goals[target.minimise] < best[index].goals[target.minimise] * (1.0 - SAME_OBJECTIVE)
+            if reached.is_feasible and reached.keeps(target) and better:
                 best[index] = reached
-            # A feasible result may be held by a separator that need not be; one that is not feasible met a pair that
+            # A feasible result may be held by a direction that need not be; one that is not feasible met a pair that
             # had been left out as far.
             chosen = _rechosen(task, choice, best[index] if reached.is_feasible else reached)
             if chosen != choice:
                 choices[index] = chosen
                 again.append(index)
         place = {id(best[index]): index for index in again}
-        distinct = distinct_designs([best[index] for index in again], goal.minimise)
+        distinct = distinct_designs([best[index] for index in again], target.minimise)
         active = [place[id(design)] for design in distinct[:MOST_DESIGNS_IN_LATER_ROUNDS]]
         if not active:
             break
@@ -199,58 +201,59 @@ def improve(task: Task, starts: Sequence[Candidate], goal: Target) -> list[Candi
 
 
 def start_at(task: Task, scaled: Array) -> list[Candidate]:
-    """Points of the unit box, shape (variables, points), as starts: each with the separators chosen there."""
-    problem = task.problem
+    """Points of the unit box, shape (variables, points), as starts: each with the directions chosen there."""
+    problem, specification = task.problem, task.problem.specification
     with np.errstate(all="ignore"):
-        values, system = assemble_enclosed(problem, physical_values(problem, scaled))
-        evaluation = check(problem, system)
-    choices = choose_separators(evaluation, problem.specification.clearance, problem.specification.envelope_height)
+        values, system = problem.enclosed(problem.physical(scaled))
+        evaluation = evaluate(problem, system)
+    choices = choose_directions(evaluation, specification.clearance, specification.envelope_height)
     task.offer(choices)
-    return examine_all(task, scaled_values(problem, values), choices)
+    return examine_all(task, problem.scaled(values), choices)
 
 
 def start_around(task: Task, design: Candidate, random: np.random.Generator) -> list[Candidate]:
     """Starts at random places around a design.
 
-    An optimum is one for the separators it was found with; a little aside others serve, and may lead on.
+    An optimum is one for the directions it was found with; a little aside others serve, and may lead on.
     """
-    free = np.array([not task.problem.bounds[name].is_fixed for name in VARIABLES])
-    moves = np.geomspace(*HOP_SPREADS, HOPS) * random.standard_normal((len(VARIABLES), HOPS))
+    free = np.array([not task.problem.bounds[name].is_fixed for name in VARIABLE_NAMES])
+    moves = np.geomspace(*PERTURBATIONS, PERTURBED_STARTS) * random.standard_normal(
+        (len(VARIABLE_NAMES), PERTURBED_STARTS)
+    )
     return start_at(task, np.clip(design.scaled[:, None] + moves * free[:, None], 0.0, 1.0))
 
 
-def hop(task: Task, design: Candidate, goal: Target, random: np.random.Generator) -> Candidate:
+def restart_around(task: Task, design: Candidate, target: Target, random: np.random.Generator) -> Candidate:
     """Minimise a goal from around its minimum, again and again until nothing better comes of it."""
     while True:
         starts = start_around(task, design, random)
         feasible = [candidate for candidate in make_feasible(task, starts) if candidate.is_feasible]
-        reached = [found for found in improve(task, feasible, goal) if found.keeps(goal)] if feasible else []
-        best = min(reached, key=lambda found: found.goals[goal.minimise], default=design)
-        if not best.goals[goal.minimise] < design.goals[goal.minimise] * (1.0 - WORTH_ANOTHER_HOP):
-            return min(best, design, key=lambda found: found.goals[goal.minimise])
+        reached = [found for found in improve(task, feasible, target) if found.keeps(target)] if feasible else []
+        best = min(reached, key=lambda found: found.goals[target.minimise], default=design)
+        if not best.goals[target.minimise] < design.goals[target.minimise] * (1.0 - WORTH_ANOTHER_RESTART):
+            return min(best, design, key=lambda found: found.goals[target.minimise])
         design = best
 
 
-def follow(task: Task, start: Array, separators: Separators, goal: Target) -> Candidate | None:
+def follow(task: Task, start: Array, directions: SeparatingDirections, target: Target) -> Candidate | None:
     """Minimise a goal from near its minimum, feasible or not; None if nothing feasible comes of it.
 
-    The program offers the one choice of separators only, which a neighbour has probably asked for already.
+    The program offers the one choice of directions only, which a neighbour has probably asked for already.
     """
     best: Candidate | None = None
     for _ in range(ROUNDS):
-        menu = Menu.of([separators])
-        outcome = task.note(solve(task.problem, menu, separators, start, goal, task.scales))
-        reached = examine(task, outcome.scaled, separators)
-        if reached.is_feasible and reached.keeps(goal):
-            aim = goal.minimise
+        run = Run(task.problem, OfferedDirections.of([directions]), directions, start, task.scales)
+        reached = examine(task, task.note(minimise(run, target)).scaled, directions)
+        if reached.is_feasible and reached.keeps(target):
+            aim = target.minimise
             gains = best is None or reached.goals[aim] < best.goals[aim] * (1.0 - SAME_OBJECTIVE)
             if not gains:
                 break
             best, start = reached, reached.scaled
-        chosen = _rechosen(task, separators, reached)
-        if chosen == separators:
+        chosen = _rechosen(task, directions, reached)
+        if chosen == directions:
             break
-        separators = chosen
+        directions = chosen
     return best
 
 
@@ -268,11 +271,12 @@ def task_of(candidate: Candidate) -> Task:
     return Task(candidate.problem, candidate.lens, candidate.scales, Counter())
 
 
-def _examine_outcomes(
-    task: Task, outcomes: Sequence[SolverResult], separators: Sequence[Separators]
+def _examine_results(
+    task: Task, results: Sequence[SolverResult], directions: Sequence[SeparatingDirections]
 ) -> list[Candidate]:
-    return examine_all(task, np.stack([outcome.scaled for outcome in outcomes], axis=1), separators)
+    return examine_all(task, np.stack([result.scaled for result in results], axis=1), directions)
 
 
-def _rechosen(task: Task, separators: Separators, candidate: Candidate) -> Separators:
-    return rechoose(separators, candidate.evaluation, task.problem.specification.clearance, candidate.violation)
+def _rechosen(task: Task, directions: SeparatingDirections, candidate: Candidate) -> SeparatingDirections:
+    clearance = task.problem.specification.clearance
+    return rechoose_directions(directions, candidate.evaluation, clearance, candidate.violation)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from designer.optimise.multistart import LARGEST_VIOLATION, Candidate, improve, task_of
-from designer.optimise.program import Target
+from designer.optimise.solver import Target
 
 
 @dataclass(frozen=True, slots=True)

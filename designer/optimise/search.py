@@ -7,7 +7,6 @@ a design is feasible when NumPy, evaluating every constraint and every clearance
 
 from __future__ import annotations
 
-import math
 import zlib
 from collections import Counter
 from collections.abc import Sequence
@@ -15,40 +14,37 @@ from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from designer.configurations import Configuration
-from designer.optimise.bounds import SMALLEST_GAIN_SHARE, Ranges, bounds_of, limit_of
+from designer.goals import GOALS, TypicalSizes
 from designer.optimise.impossibility import why_fixed_conflicts, why_impossible
+from designer.optimise.limit import limit_of
 from designer.optimise.multistart import (
-    WORTH_ANOTHER_HOP,
+    WORTH_ANOTHER_RESTART,
     Candidate,
     Task,
     distinct_designs,
     examine,
     follow,
-    hop,
     improve,
     make_feasible,
+    restart_around,
     start_around,
     start_at,
 )
-from designer.optimise.program import SOLVED, STALLED, Target
-from designer.optimise.screening import (
-    LARGE_GAIN_SHARE,
-    Problem,
-    scaled_values,
-    screen,
-)
-from designer.optimise.separating_directions import Separators
+from designer.optimise.problem import Array, Problem
+from designer.optimise.screening import LARGE_GAIN_SHARE, screen
+from designer.optimise.separating_directions import SeparatingDirections
+from designer.optimise.solver import SOLVED, STALLED, Target
 from designer.optimise.specification import specification_of
+from designer.optimise.variables import SMALLEST_GAIN_SHARE, FreeRanges, bounds_of
 from designer.optimise.variants import Variant, enumerate_variants
 from designer.requirement import Lens, Requirement
 
 # From so many of the best different designs the second objective is minimised.
 MOST_DESIGNS_IN_SECOND_STAGE = 6
-# Nobody should hear "infeasible" for want of starts: so many times more are tried before it is said, with small gains
-# too, which waste the image but let the light pass where large ones do not.
+# Before a configuration is called infeasible, so many times more starts are tried, with small gains too, which waste
+# the image but let the light pass where large ones do not.
 MORE_STARTS_IF_INFEASIBLE = 2
 
 # Violations within this share of the largest are as large.
@@ -71,7 +67,7 @@ class WarmStart:
     """Where the search of one lens and variant ended: enough for a neighbouring requirement to start from.
 
     ``first`` holds the physical variables of the best first-stage design, or of the nearest miss; ``second`` those of
-    the best second-stage design, None if there is none. Each has the separators it was found with.
+    the best second-stage design, None if there is none. Each has the separating directions it was found with.
     """
 
     lens: int
@@ -79,8 +75,8 @@ class WarmStart:
     is_feasible: bool
     first: dict[str, float]
     second: dict[str, float] | None
-    separators: Separators
-    second_separators: Separators | None = None
+    directions: SeparatingDirections
+    second_directions: SeparatingDirections | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +84,7 @@ class SearchResult:
     """What the search found for one configuration.
 
     ``first`` is the best design by the first objective, ``best`` the one after the second stage; both None unless
-    the status is feasible. ``statuses`` counts what the solver said; ``trails`` has one entry for each lens and
+    the status is feasible. ``statuses`` counts what the solver said; ``warm_starts`` has one entry for each lens and
     variant that is not impossible by rule.
     """
 
@@ -99,7 +95,7 @@ class SearchResult:
     best: Candidate | None = None
     shortfall: Shortfall | None = None
     statuses: dict[str, int] = field(default_factory=dict)
-    trails: tuple[WarmStart, ...] = ()
+    warm_starts: tuple[WarmStart, ...] = ()
 
     @property
     def solves(self) -> int:
@@ -123,29 +119,30 @@ def fixed_parameters(requirement: Requirement) -> dict[str, float]:
     return given
 
 
-def search(requirement: Requirement, configuration: Configuration, parent: Sequence[WarmStart] = ()) -> SearchResult:
+def search(requirement: Requirement, configuration: Configuration, known: Sequence[WarmStart] = ()) -> SearchResult:
     """Find the best design of one configuration, or say why there is none.
 
-    With the trails of a neighbouring requirement, each variant starts from where it ended there, and from screened
-    designs only where that fails though it succeeded there.
+    With the warm starts of a neighbouring requirement, each variant starts from where it ended there, and from
+    screened designs only where that fails though it succeeded there.
     """
     fixed = fixed_parameters(requirement)
     conflict = why_fixed_conflicts(configuration, fixed)
     if conflict is not None:
         return SearchResult(configuration, "impossible", conflict)
-    from_parent = {(trail.lens, trail.variant): trail for trail in parent}
+    by_branch = {(start.lens, start.variant): start for start in known}
     reasons: list[str] = []
     branches: list[_Branch] = []
     for (lens_index, lens), (variant_index, variant) in product(
         enumerate(requirement.camera.lenses), enumerate(enumerate_variants(configuration))
     ):
-        ranges = Ranges(requirement.baseline_range_mm, lens.principal_distances_mm)
-        reason = why_impossible(variant, specification_of(requirement, lens), ranges)
+        free = FreeRanges(requirement.baseline_range_mm, lens.principal_distances_mm)
+        reason = why_impossible(variant, specification_of(requirement, lens), free)
         if reason is not None:
             reasons.append(reason)
             continue
-        branch = _Branch(lens_index, variant_index, _task(requirement, lens, variant))
-        _first_stage(requirement, branch, from_parent.get((lens_index, variant_index)))
+        task, warm_start = _task(requirement, lens, variant), by_branch.get((lens_index, variant_index))
+        branch = _Branch(lens_index, variant_index, task, known=warm_start)
+        _first_stage(requirement, branch)
         branches.append(branch)
     if not branches:
         return SearchResult(configuration, "impossible", "; ".join(dict.fromkeys(reasons)))
@@ -157,21 +154,25 @@ def search(requirement: Requirement, configuration: Configuration, parent: Seque
 def problem_of(requirement: Requirement, lens: Lens, variant: Variant) -> Problem:
     """A variant under a requirement with one of its lenses."""
     specification = specification_of(requirement, lens)
-    ranges = Ranges(requirement.baseline_range_mm, lens.principal_distances_mm)
+    free = FreeRanges(requirement.baseline_range_mm, lens.principal_distances_mm)
     fixed = tuple(sorted(fixed_parameters(requirement).items()))
-    return Problem(variant, specification, bounds_of(variant, specification, ranges), fixed)
+    return Problem(variant, specification, bounds_of(variant, specification, free), fixed)
 
 
 def recall(
-    requirement: Requirement, configuration: Configuration, trail: WarmStart
+    requirement: Requirement, configuration: Configuration, known: WarmStart
 ) -> tuple[Candidate, Candidate | None]:
-    """The first-stage and the second-stage design of a trail, checked anew under the requirement it belongs to."""
-    lens = requirement.camera.lenses[trail.lens]
-    task = _task(requirement, lens, enumerate_variants(configuration)[trail.variant])
-    first = examine(task, _moved(task, trail.first), trail.separators)
-    if trail.second is None or trail.second_separators is None:
-        return first, None
-    return first, examine(task, _moved(task, trail.second), trail.second_separators)
+    """The first-stage and the second-stage design of a warm start, evaluated anew under its own requirement."""
+    lens = requirement.camera.lenses[known.lens]
+    task = _task(requirement, lens, enumerate_variants(configuration)[known.variant])
+    first = examine(task, _moved(task, known.first), known.directions)
+    return first, _recalled_second(task, known)
+
+
+def _recalled_second(task: Task, known: WarmStart) -> Candidate | None:
+    if known.second is None or known.second_directions is None:
+        return None
+    return examine(task, _moved(task, known.second), known.second_directions)
 
 
 def _task(requirement: Requirement, lens: Lens, variant: Variant) -> Task:
@@ -181,17 +182,20 @@ def _task(requirement: Requirement, lens: Lens, variant: Variant) -> Task:
 
 @dataclass(slots=True)
 class _Branch:
-    """The search of one lens and variant: its feasible designs, or else its nearest miss."""
+    """The search of one lens and variant: its feasible designs, or else its nearest miss.
+
+    ``known`` is where a neighbouring requirement ended, ``smallest`` the best design of the second stage.
+    """
 
     lens: int
     variant: int
     task: Task
+    known: WarmStart | None = None
     designs: list[Candidate] = field(default_factory=list)
     miss: Candidate | None = None
     smallest: Candidate | None = None
-    known: WarmStart | None = None
 
-    def trail(self, goal: str) -> WarmStart:
+    def warm_start(self, goal: str) -> WarmStart:
         """What a neighbour needs to go on from here."""
         first = min(self.designs, key=lambda design: design.goals[goal]) if self.designs else self.miss
         assert first is not None
@@ -201,83 +205,105 @@ class _Branch:
             bool(self.designs),
             first.values,
             self.smallest.values if self.smallest else None,
-            first.separators,
-            self.smallest.separators if self.smallest else None,
+            first.directions,
+            self.smallest.directions if self.smallest else None,
         )
 
 
 def _goal_scales(problem: Problem) -> tuple[float, ...]:
     """A typical size of each goal, so that the solver sees numbers near one."""
     specification = problem.specification
-    middle = {name: (interval.low + interval.high) / 2.0 for name, interval in problem.bounds.items()}
-    depth_error = float(limit_of(problem.variant, specification, middle["baseline"], middle["principal_distance"]))
-    height, diameter = specification.envelope_height, specification.envelope_diameter
-    return (depth_error if depth_error > 0.0 else 0.01, height, diameter, math.pi / 4.0 * diameter**2 * height)
+    middle = {name: (bounds.low + bounds.high) / 2.0 for name, bounds in problem.bounds.items()}
+    limit = float(limit_of(problem.variant, specification, middle["baseline"], middle["principal_distance"]))
+    sizes = TypicalSizes(limit, specification.envelope_height, specification.envelope_diameter)
+    return tuple(goal.typical_size(sizes) for goal in GOALS.values())
 
 
-def _first_stage(requirement: Requirement, branch: _Branch, trail: WarmStart | None) -> None:
-    """Solve for the first objective from every start."""
-    task, goal = branch.task, Target(requirement.objective.minimise)
-    reached: list[Candidate] = []
-    few, many = requirement.solve.starts, MORE_STARTS_IF_INFEASIBLE * requirement.solve.starts
-    rounds = [(few, LARGE_GAIN_SHARE), (many, SMALLEST_GAIN_SHARE)]
-    if trail is not None:
-        branch.known = trail
-        followed = follow(task, _moved(task, trail.first), trail.separators, goal) if trail.is_feasible else None
-        if followed is not None:
-            branch.designs = [followed]
+def _first_stage(requirement: Requirement, branch: _Branch) -> None:
+    """Find designs of least first objective, or the nearest miss: from the warm start if there is one, or afresh."""
+    target = Target(requirement.objective.minimise)
+    neighbours = []
+    if branch.known is not None:
+        followed = _follow_first(branch, branch.known, target)
+        if followed is None:
+            neighbours = _reached_from_neighbour(branch.task, branch.known)
+            followed = _improved(branch.task, neighbours, target)
+        if followed:
+            branch.designs = followed
             return
-        neighbours = [examine(task, _moved(task, trail.first), trail.separators)]
-        if trail.second is not None and trail.second_separators is not None:
-            neighbours.append(examine(task, _moved(task, trail.second), trail.second_separators))
-        reached = make_feasible(task, neighbours)
-        feasible = [candidate for candidate in reached if candidate.is_feasible]
-        if feasible:
-            branch.designs = improve(task, feasible, goal)
+        if not branch.known.is_feasible:
+            branch.miss = neighbours[0]
             return
-        if not trail.is_feasible:
-            branch.miss = reached[0]
-            return
-    variant = task.problem.variant
+    _search_afresh(requirement, branch, target, neighbours)
+
+
+def _follow_first(branch: _Branch, known: WarmStart, target: Target) -> list[Candidate] | None:
+    """The design that follows the neighbour's; None if the neighbour had none or it leads nowhere."""
+    if not known.is_feasible:
+        return None
+    followed = follow(branch.task, _moved(branch.task, known.first), known.directions, target)
+    return None if followed is None else [followed]
+
+
+def _reached_from_neighbour(task: Task, known: WarmStart) -> list[Candidate]:
+    """Both designs of a neighbour, as near to feasible as they can be brought."""
+    first = examine(task, _moved(task, known.first), known.directions)
+    second = _recalled_second(task, known)
+    return make_feasible(task, [first] if second is None else [first, second])
+
+
+def _improved(task: Task, reached: Sequence[Candidate], target: Target) -> list[Candidate]:
+    """The feasible ones of some designs, each taken to its minimum; none if none is feasible."""
+    feasible = [candidate for candidate in reached if candidate.is_feasible]
+    return improve(task, feasible, target) if feasible else []
+
+
+def _search_afresh(requirement: Requirement, branch: _Branch, target: Target, reached: list[Candidate]) -> None:
+    """Search from screened designs, with all that a neighbour's have led to so far."""
+    task, variant = branch.task, branch.task.problem.variant
     key = zlib.crc32(f"{variant.configuration.name}/{variant.label}".encode())
     random = np.random.default_rng([requirement.solve.seed, key])
-    for starts, least_gain_share in rounds:
-        reached += make_feasible(task, _starts(task, starts, random, least_gain_share))
-        if any(candidate.is_feasible for candidate in reached):
-            break
-    else:
-        nearest = min(reached, key=lambda candidate: candidate.violation)
-        reached += make_feasible(task, start_around(task, nearest, random))
-    feasible = [candidate for candidate in reached if candidate.is_feasible]
-    if feasible:
-        branch.designs = improve(task, feasible, goal)
-        best = min(branch.designs, key=lambda design: design.goals[goal.minimise])
-        if not _is_proven_least(best, goal):
-            branch.designs.append(hop(task, best, goal, random))
-    else:
+    reached = [*reached, *_reached_from_screened(task, requirement.solve.starts, random, reached)]
+    branch.designs = _improved(task, reached, target)
+    if not branch.designs:
         branch.miss = min(reached, key=lambda candidate: candidate.violation)
+        return
+    best = min(branch.designs, key=lambda design: design.goals[target.minimise])
+    if not _is_proven_least(best, target):
+        branch.designs.append(restart_around(task, best, target, random))
 
 
-def _is_proven_least(design: Candidate, goal: Target) -> bool:
+def _reached_from_screened(
+    task: Task, count: int, random: np.random.Generator, known: Sequence[Candidate]
+) -> list[Candidate]:
+    """Screened designs brought as near to feasible as they can be; more of them while none is feasible."""
+    reached: list[Candidate] = []
+    for starts, least_gain_share in (
+        (count, LARGE_GAIN_SHARE),
+        (MORE_STARTS_IF_INFEASIBLE * count, SMALLEST_GAIN_SHARE),
+    ):
+        screened = screen(task.problem, starts, random, least_gain_share)
+        reached += make_feasible(task, start_at(task, screened))
+        if any(candidate.is_feasible for candidate in (*known, *reached)):
+            return reached
+    nearest = min((*known, *reached), key=lambda candidate: candidate.violation)
+    return [*reached, *make_feasible(task, start_around(task, nearest, random))]
+
+
+def _is_proven_least(design: Candidate, target: Target) -> bool:
     """Whether a design reaches the closed-form limit, and nothing that it depends on could be chosen otherwise."""
     problem, values = design.problem, design.values
-    if goal.minimise != "depth_error" or not all(
-        problem.bounds[n].is_fixed for n in ("baseline", "principal_distance")
-    ):
+    is_given = all(problem.bounds[name].is_fixed for name in ("baseline", "principal_distance"))
+    if target.minimise != "depth_error" or not is_given:
         return False
     limit = float(limit_of(problem.variant, problem.specification, values["baseline"], values["principal_distance"]))
-    return design.goals["depth_error"] <= limit * (1.0 + WORTH_ANOTHER_HOP)
+    return design.goals["depth_error"] <= limit * (1.0 + WORTH_ANOTHER_RESTART)
 
 
-def _moved(task: Task, values: dict[str, float]) -> NDArray[np.float64]:
-    """A neighbour's design, moved into this problem's box."""
-    scaled = scaled_values(task.problem, {name: np.array([value]) for name, value in values.items()})
+def _moved(task: Task, values: dict[str, float]) -> Array:
+    """A neighbour's design, moved into this problem's bounds."""
+    scaled = task.problem.scaled({name: np.array([value]) for name, value in values.items()})
     return np.clip(scaled[:, 0], 0.0, 1.0)
-
-
-def _starts(task: Task, count: int, random: np.random.Generator, least_gain_share: float) -> list[Candidate]:
-    """Screened designs, each with the separators to start with."""
-    return start_at(task, screen(task.problem, count, random, least_gain_share))
 
 
 def _second_stage(requirement: Requirement, configuration: Configuration, branches: list[_Branch]) -> SearchResult:
@@ -286,34 +312,39 @@ def _second_stage(requirement: Requirement, configuration: Configuration, branch
     every = [design for branch in branches for design in branch.designs]
     first = min(every, key=lambda design: design.goals[first_goal])
     bound = first.goals[first_goal] * (1.0 + requirement.objective.tolerance)
-    goal = Target(second_goal, ((first_goal, bound),))
+    target = Target(second_goal, ((first_goal, bound),))
     improved: list[Candidate] = []
     for branch in branches:
-        branch.smallest = _follow_second(branch, goal) or _improve_second(branch, goal)
+        branch.smallest = _follow_second(branch, target) or _improve_second(branch, target)
         if branch.smallest is not None:
             improved.append(branch.smallest)
     best = min(improved, key=lambda design: design.goals[second_goal])
-    trails = tuple(branch.trail(first_goal) for branch in branches)
     return SearchResult(
-        configuration, "feasible", "", first=first, best=best, statuses=_all_statuses(branches), trails=trails
+        configuration,
+        "feasible",
+        "",
+        first=first,
+        best=best,
+        statuses=_all_statuses(branches),
+        warm_starts=tuple(branch.warm_start(first_goal) for branch in branches),
     )
 
 
-def _follow_second(branch: _Branch, goal: Target) -> Candidate | None:
+def _follow_second(branch: _Branch, target: Target) -> Candidate | None:
     """The second-stage design from that of the neighbour; None if there was none or it leads nowhere."""
-    trail = branch.known
-    if trail is None or trail.second is None or trail.second_separators is None:
+    known = branch.known
+    if known is None or known.second is None or known.second_directions is None:
         return None
-    return follow(branch.task, _moved(branch.task, trail.second), trail.second_separators, goal)
+    return follow(branch.task, _moved(branch.task, known.second), known.second_directions, target)
 
 
-def _improve_second(branch: _Branch, goal: Target) -> Candidate | None:
-    """The second-stage design from those of the first that keep the goal's bounds; None if none does."""
-    near = [design for design in branch.designs if design.keeps(goal)]
+def _improve_second(branch: _Branch, target: Target) -> Candidate | None:
+    """The second-stage design from those of the first that keep the target's bounds; None if none does."""
+    near = [design for design in branch.designs if design.keeps(target)]
     if not near:
         return None
-    starts = distinct_designs(near, goal.minimise)[:MOST_DESIGNS_IN_SECOND_STAGE]
-    return min(improve(branch.task, starts, goal), key=lambda design: design.goals[goal.minimise])
+    starts = distinct_designs(near, target.minimise)[:MOST_DESIGNS_IN_SECOND_STAGE]
+    return min(improve(branch.task, starts, target), key=lambda design: design.goals[target.minimise])
 
 
 def _all_statuses(branches: list[_Branch]) -> dict[str, int]:
@@ -328,14 +359,14 @@ def _infeasible(configuration: Configuration, branches: list[_Branch]) -> Search
     misses = [branch.miss for branch in branches if branch.miss is not None]
     tied = _shortfalls(min(misses, key=lambda miss: miss.violation))
     variant = f" ({tied[0].variant})" if tied[0].variant else ""
-    told = "; and as much, ".join(f"{short.amount:.3g} {short.unit}: {short.constraint}" for short in tied)
+    missed = "; equally, ".join(f"{short.amount:.3g} {short.unit}: {short.constraint}" for short in tied)
     return SearchResult(
         configuration,
         "infeasible",
-        f"no feasible point found; the nearest{variant} misses by {told}",
+        f"no feasible point found; the nearest{variant} misses by {missed}",
         shortfall=tied[0],
         statuses=statuses,
-        trails=tuple(branch.trail("depth_error") for branch in branches),
+        warm_starts=tuple(branch.warm_start("depth_error") for branch in branches),
     )
 
 

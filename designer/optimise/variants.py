@@ -9,16 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from designer.configurations import FLATTEST, MOST_PARABOLIC, Configuration, MirrorKind
-from designer.optics.view import Sense
-
-
-def gain_of(inverse_eccentricity: float) -> float:
-    """The gain kappa = (1 - q) / (1 + q) of a mirror."""
-    return (1.0 - inverse_eccentricity) / (1.0 + inverse_eccentricity)
-
-
-CONVEX_HYPERBOLOID_GAINS = (gain_of(MOST_PARABOLIC), gain_of(FLATTEST))
-ELLIPSOID_GAINS = (gain_of(1.0 / FLATTEST), gain_of(1.0 / MOST_PARABOLIC))
+from designer.design import Sense
+from designer.optics.kinds import CONVEX_HYPERBOLOID_GAINS, ELLIPSOID_GAINS, gain_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,8 @@
 """What an engineer asks for: the requirement, its file, and the reference page of its keys."""
 
-from designer.requirement.camera import Camera, Lens, principal_distance
+from designer.requirement.camera import Camera, Lens
 from designer.requirement.fixed import Fixed, FixedMirror, FixedView
-from designer.requirement.model import GOAL_COLUMNS, SAME_OBJECTIVE, Goal, Objective, Requirement, Solve
+from designer.requirement.model import SAME_OBJECTIVE, Objective, Requirement, Solve
 from designer.requirement.reading import (
     NOT_ASKED,
     name_from,
@@ -16,7 +16,6 @@ from designer.requirement.reading import (
 from designer.requirement.space import Envelope, Manufacture, WorkingVolume
 
 __all__ = [
-    "GOAL_COLUMNS",
     "NOT_ASKED",
     "SAME_OBJECTIVE",
     "Camera",
@@ -24,7 +23,6 @@ __all__ = [
     "Fixed",
     "FixedMirror",
     "FixedView",
-    "Goal",
     "Lens",
     "Manufacture",
     "Objective",
@@ -32,7 +30,6 @@ __all__ = [
     "Solve",
     "WorkingVolume",
     "name_from",
-    "principal_distance",
     "read_requirement",
     "read_toml",
     "requirement_from_json",

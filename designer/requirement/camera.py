@@ -7,19 +7,12 @@ from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Discriminator, Field, StrictStr, Tag, model_validator
 
+from designer.optics.thin_lens import principal_distance, pupil_radius
 from designer.requirement.part import METRES, NumberOrRange, Part, ends
 from designer.requirement.quantity import Quantity, refuse
 
 CLOSEST_FOCUS = 1.001
 """Focus distance in focal lengths that no lens goes below: there its image plane would lie a thousand of them away."""
-
-
-def principal_distance(focal_length_mm: float, focus_distance_mm: float) -> float:
-    """Distance of the image plane from the pinhole, mm: f0 u / (u - f0) for a lens f0 focused at u.
-
-    ``focus_distance_mm`` is measured from the entrance pupil and exceeds the focal length; infinity gives f0.
-    """
-    return focal_length_mm / (1.0 - focal_length_mm / focus_distance_mm)
 
 
 class Lens(Part):
@@ -86,10 +79,10 @@ class Lens(Part):
                 self.focus_distance_mm,
             )
         # The f-number holds at every focal length, so the pupil is widest at the longest.
-        pupil_radius = longest / (2 * self.f_number)
-        if pupil_radius > self.radius_mm:
+        pupil = pupil_radius(longest, self.f_number)
+        if pupil > self.radius_mm:
             refuse(
-                f"must be at least the radius of the entrance pupil, {which} / (2 f_number) = {pupil_radius:.4g} mm",
+                f"must be at least the radius of the entrance pupil, {which} / (2 f_number) = {pupil:.4g} mm",
                 "radius_mm",
                 self.radius_mm,
             )

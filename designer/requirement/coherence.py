@@ -1,53 +1,19 @@
-"""Fixed numbers that exclude each other, whatever the configuration: found before any search.
-
-A mirror of vertex z_V, radius R and conic constant K has a focus a distance v = z_V - z_A below its vertex when
-K = -(1 + R / v)^2, that is -1 / q^2 with the inverse eccentricity q = v / (v + R) (design notes, section 2). A mirror
-that gives its view alone (lower, upper, direct) has q > 0, its foci at the pinhole and at the viewpoint z_F, so that
-v = z_F (1 + q) / 2, R = z_F (1 - q^2) / (2 q), and the gain is (1 - q) / (1 + q): two numbers fix all the others.
-"""
+"""Fixed numbers that exclude each other, whatever the configuration: found before any search."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
 
-from designer.configurations import MirrorKind, enumerate_configurations
+from designer.configurations import VIEW_OF_SINGLE_MIRROR, MirrorKind, enumerate_configurations
+from designer.optics.kinds import conic_with_focus, inverse_eccentricities, kind_of_conic, radius_signs
 from designer.requirement.quantity import refuse
-
-VIEW_OF_MIRROR = {"lower": "lower", "upper": "upper", "direct": "upper"}
-"""The view that each mirror gives which gives one alone."""
 
 # What differs by more cannot be met to the solver's tolerance either.
 SAME_NUMBER = 1e-6
 
 Given = Mapping[str, float]
 """Fixed numbers by name; of a mirror radius_mm, conic, vertex_mm, of a view viewpoint_mm, gain."""
-
-
-def kind_of_conic(conic: float) -> MirrorKind:
-    """The kind of a curved mirror by its conic constant."""
-    if conic == -1.0:
-        return MirrorKind.PARABOLOID
-    return MirrorKind.HYPERBOLOID if conic < -1.0 else MirrorKind.ELLIPSOID
-
-
-def inverse_eccentricities(mirror: Given, view: Given) -> list[tuple[str, float]]:
-    """Each way in which the numbers of a mirror that gives its view alone fix q, in words, and the q it gives."""
-    vertex, radius = mirror.get("vertex_mm"), mirror.get("radius_mm")
-    viewpoint = view.get("viewpoint_mm")
-    found = []
-    if "conic" in mirror:
-        found.append(("conic", 1.0 / math.sqrt(-mirror["conic"])))
-    if vertex is not None and radius is not None:
-        found.append(("vertex_mm with radius_mm", vertex / (vertex + radius) if vertex != -radius else math.inf))
-    if vertex is not None and viewpoint is not None:
-        found.append(("vertex_mm with the view's viewpoint_mm", 2.0 * vertex / viewpoint - 1.0))
-    if radius is not None and viewpoint is not None:
-        q = (math.hypot(radius, viewpoint) - radius) / viewpoint
-        found.append(("radius_mm with the view's viewpoint_mm", q))
-    if "gain" in view:
-        found.append(("the view's gain", (1.0 - view["gain"]) / (1.0 + view["gain"])))
-    return found
 
 
 def check_fixed_numbers(mirrors: Mapping[str, Given], views: Mapping[str, Given]) -> None:
@@ -64,7 +30,7 @@ def check_fixed_numbers(mirrors: Mapping[str, Given], views: Mapping[str, Given]
     _check_direct_view("upper", views.get("upper", {}))
     if "lower" in mirrors:
         _check_direct_view("lower", views.get("lower", {}))
-    for name, view in VIEW_OF_MIRROR.items():
+    for name, view in VIEW_OF_SINGLE_MIRROR.items():
         if name in mirrors:
             _check_agreement(name, inverse_eccentricities(mirrors[name], views.get(view, {})))
     if "secondary" in mirrors:
@@ -76,8 +42,8 @@ def check_fixed_numbers(mirrors: Mapping[str, Given], views: Mapping[str, Given]
 
 def _check_mirrors_belong_together(mirrors: Mapping[str, Given]) -> None:
     if not any(_may_have(configuration.mirror_kinds, mirrors) for configuration in enumerate_configurations()):
-        told = [f"{name} {_described(mirror)}".strip() for name, mirror in mirrors.items()]
-        refuse(f"none of the 44 configurations has these mirrors together: {', '.join(told)}", "mirror")
+        given = [f"{name} {_described(mirror)}".strip() for name, mirror in mirrors.items()]
+        refuse(f"none of the 44 configurations has these mirrors together: {', '.join(given)}", "mirror")
 
 
 def _may_have(kinds: Mapping[str, MirrorKind], mirrors: Mapping[str, Given]) -> bool:
@@ -91,7 +57,7 @@ def _may_have(kinds: Mapping[str, MirrorKind], mirrors: Mapping[str, Given]) -> 
 
 def _described(mirror: Given) -> str:
     if "conic" in mirror:
-        return f"({kind_of_conic(mirror['conic']).name.lower()})"
+        return f"({kind_of_conic(mirror['conic']).word})"
     return "(curved)" if "radius_mm" in mirror else ""
 
 
@@ -106,25 +72,10 @@ def _check_side(name: str, mirror: Given) -> None:
     if math.copysign(1, radius) not in radius_signs(name, kind, may_share_focus_below=True):
         side = "below" if radius > 0 else "above"
         refuse(
-            f"must be {side} 0 for the {kind.name.lower()} that conic = {conic:g} makes of the {name} mirror",
+            f"must be {side} 0 for the {kind.word} that conic = {conic:g} makes of the {name} mirror",
             f"mirror.{name}.radius_mm",
             radius,
         )
-
-
-def radius_signs(name: str, kind: MirrorKind, *, may_share_focus_below: bool) -> frozenset[int]:
-    """The signs that the radius of a curved mirror may have; facing down, positive is convex, facing up concave.
-
-    ``may_share_focus_below`` tells that the folding pair may be the two ellipsoids whose primary is convex.
-    """
-    if name == "primary":
-        if kind is MirrorKind.HYPERBOLOID:
-            return frozenset({-1})
-        either = kind is MirrorKind.PARABOLOID or may_share_focus_below
-        return frozenset({-1, 1}) if either else frozenset({1})
-    if kind is MirrorKind.HYPERBOLOID:
-        return frozenset({-1, 1}) if name == "secondary" else frozenset({1})
-    return frozenset({-1})
 
 
 def _check_direct_view(name: str, view: Given) -> None:
@@ -159,8 +110,7 @@ def _check_focus(name: str, mirror: Given, focus_mm: float, where: str) -> None:
     """Vertex, radius and conic constant that put no focus where the mirror must have one."""
     if not {"vertex_mm", "radius_mm", "conic"} <= mirror.keys():
         return
-    distance = mirror["vertex_mm"] - focus_mm
-    wanted = -((1.0 + mirror["radius_mm"] / distance) ** 2) if distance else -math.inf
+    wanted = conic_with_focus(mirror["vertex_mm"] - focus_mm, mirror["radius_mm"])
     if not math.isclose(mirror["conic"], wanted, rel_tol=SAME_NUMBER):
         refuse(
             f"must be {wanted:.8g} for a focus at {where}, with the vertex and the radius given; leave one of them out",

@@ -8,15 +8,16 @@ the field's description: the reference page is made from them.
 from __future__ import annotations
 
 import re
-from typing import Annotated, Literal, Self
+from typing import Annotated, Self
 
 from pydantic import Field, StrictStr, field_validator, model_validator
 
 from designer.configurations import FLATTEST, MOST_PARABOLIC, Configuration
+from designer.goals import GOALS
 from designer.requirement.camera import Camera
 from designer.requirement.fixed import Fixed
 from designer.requirement.part import METRES, NumberOrRange, Part, ends
-from designer.requirement.quantity import Quantity, refuse
+from designer.requirement.quantity import Choice, Quantity, refuse
 from designer.requirement.selection import select_configurations
 from designer.requirement.space import Envelope, Manufacture, WorkingVolume
 
@@ -25,30 +26,25 @@ SAME_LENGTH_MM = 1e-6
 # Objectives nearer than this, as a ratio, are the same optimum.
 SAME_OBJECTIVE = 1e-7
 
-Goal = Literal["depth_error", "height", "diameter", "volume"]
-GOAL_COLUMNS: dict[str, str] = {
-    "depth_error": "depth_error_rms",
-    "height": "height_mm",
-    "diameter": "diameter_mm",
-    "volume": "volume_cm3",
-}
-"""Under which name tables and scores hold each goal."""
+_GOALS = Choice(tuple(GOALS))
 
 
 class Objective(Part):
     """What to minimise first, and what then."""
 
     minimise: Annotated[
-        Goal,
+        str,
+        _GOALS,
         Field(
             default="depth_error",
-            description="What to minimise first. depth_error: root mean square of relative depth error over the "
-            "working volume; height, diameter: of the mirror system; volume: of the cylinder they span. Default: "
-            "depth_error, the purpose of the sensor.",
+            description="What to minimise first. "
+            + "".join(f"{name}: {goal.description}. " for name, goal in GOALS.items())
+            + "Default: depth_error, the purpose of the sensor.",
         ),
     ]
     then: Annotated[
-        Goal,
+        str,
+        _GOALS,
         Field(
             default_factory=lambda data: "depth_error" if data.get("minimise") == "height" else "height",
             description="What to minimise then, with the first kept within a tolerance. Default: height (depth_error "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 from dataclasses import dataclass
 from numbers import Integral, Real
@@ -89,6 +90,30 @@ class Quantity:
             hint = self.if_smaller if mistaken else self.if_larger if value > self.high else ""
             refuse(f"must be {self.allowed}{'; ' if hint else ''}{hint}")
         return int(value) if self.whole else float(value)
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A pydantic type annotation: one of some words."""
+
+    words: tuple[str, ...]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Validate with :meth:`check` alone, whatever the annotated type."""
+        return core_schema.no_info_plain_validator_function(self.check)
+
+    @property
+    def allowed(self) -> str:
+        """What may be written, as a cell of the reference."""
+        return ", ".join(f'`"{word}"`' for word in self.words)
+
+    def check(self, value: object) -> str:
+        """Return the word, or refuse it with the nearest one."""
+        if not isinstance(value, str) or value not in self.words:
+            close = difflib.get_close_matches(value, self.words, n=1) if isinstance(value, str) else []
+            hint = f"; did you mean {close[0]}?" if close else ""
+            refuse(f"must be one of {', '.join(self.words)}{hint}")
+        return value
 
 
 def _order_hint(low: float, high: float, shape: str) -> str:

@@ -11,7 +11,7 @@ from designer.requirement.camera import Lens
 from designer.requirement.fixed import FixedMirror, FixedView
 from designer.requirement.model import Requirement
 from designer.requirement.part import Part
-from designer.requirement.quantity import Quantity
+from designer.requirement.quantity import Choice, Quantity
 
 _HEAD = """\
 # Requirement reference
@@ -64,7 +64,7 @@ def _sentence(model: type[Part]) -> str:
 
 
 def _allowed(field: FieldInfo) -> str:
-    quantity = next((item for item in field.metadata if isinstance(item, Quantity)), None)
+    quantity = next((item for item in field.metadata if isinstance(item, Quantity | Choice)), None)
     if quantity is not None:
         return quantity.allowed
     if get_origin(field.annotation) is Literal:

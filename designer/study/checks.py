@@ -97,11 +97,11 @@ def best_designs(folder: Path, count: int) -> list[Design]:
 
 def _check_and_write(design: Design, folder: Path, seed: int) -> tuple[bool, float]:
     # Imported where it runs, so that a study without checks needs no imaging.
-    from designer.imaging.endtoend.check import check_design
+    from designer.imaging.endtoend.check import CheckOptions, check_design
     from designer.imaging.endtoend.files import write_check
 
     started = time.perf_counter()
-    check = check_design(design, seed=seed)
+    check = check_design(design, CheckOptions(seed=seed))
     write_check(check, folder)
     return check.passed, time.perf_counter() - started
 

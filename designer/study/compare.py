@@ -11,6 +11,7 @@ from typing import Any
 import pandas as pd
 
 from designer.files import InputError
+from designer.notebook_html import html_table
 from designer.requirement import NOT_ASKED, read_toml, requirement_to_toml
 from designer.study.sweep.export import axis_columns, read_sweep_results, requirement_of
 from designer.study.sweep.store import FILE_NAME
@@ -47,6 +48,13 @@ class StudyComparison:
         """Configurations that are feasible in one and not in the other."""
         feasible = self.configurations[["status_a", "status_b"]] == "feasible"
         return self.configurations[feasible["status_a"] != feasible["status_b"]]
+
+    def _repr_html_(self) -> str:
+        title = (
+            f"requirements in both: {len(self.winners)}; winners changed: {len(self.changed_winners)}; "
+            f"configurations changed in feasibility: {len(self.changed_statuses)}"
+        )
+        return html_table(title, ("key of the requirement", "A", "B"), self.asked)
 
 
 def compare(first: Path, second: Path) -> StudyComparison:

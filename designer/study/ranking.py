@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from designer.requirement import GOAL_COLUMNS, Requirement
+from designer.goals import GOALS
+from designer.requirement import Requirement
 
 if TYPE_CHECKING:  # a sweep's tables are read without the solver
     from designer.study.task import ConfigurationResult
@@ -50,4 +51,4 @@ def _first_stage(result: ConfigurationResult, goal: str) -> float:
 
 def _second_stage(result: ConfigurationResult, goal: str) -> float:
     assert result.design is not None
-    return float(result.design.score["second_stage"][GOAL_COLUMNS[goal]])
+    return float(result.design.score["second_stage"][GOALS[goal].column])

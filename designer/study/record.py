@@ -14,18 +14,13 @@ from designer.evaluate.depth import Volume
 from designer.evaluate.fabrication import mirror_shape
 from designer.evaluate.limit import ImageBounds, arrangement_of, least_limit_over
 from designer.evaluate.score import evaluate_design
+from designer.goals import in_columns
 from designer.optics.layout import Layout, PlacedMirror
+from designer.optics.thin_lens import nominal_focal_length
 from designer.optics.view import elevation_tangents_of_views
 from designer.optimise.multistart import Candidate
 from designer.optimise.search import SearchResult
-from designer.requirement import GOAL_COLUMNS, Lens, Requirement
-
-_KINDS = {
-    MirrorKind.PLANE: "plane",
-    MirrorKind.HYPERBOLOID: "hyperboloid",
-    MirrorKind.ELLIPSOID: "ellipsoid",
-    MirrorKind.PARABOLOID: "paraboloid",
-}
+from designer.requirement import Lens, Requirement
 
 
 def design_of(requirement: Requirement, result: SearchResult) -> Design:
@@ -90,7 +85,7 @@ def _camera(requirement: Requirement, lens: Lens, principal_distance: float) -> 
     camera = requirement.camera
     # f u / (f + u) undoes f0 u / (u - f0) but for the last digit: what was asked for is written as it was asked for.
     shortest, longest = lens.focal_lengths_mm
-    nominal = min(max(principal_distance / (1.0 + principal_distance / lens.focus_distance_mm), shortest), longest)
+    nominal = min(max(nominal_focal_length(principal_distance, lens.focus_distance_mm), shortest), longest)
     return Camera.model_validate(
         {
             "focal_length_mm": principal_distance,
@@ -117,7 +112,7 @@ def _mirror(mirror: PlacedMirror, kind: MirrorKind, requirement: Requirement) ->
     return Mirror.model_validate(
         {
             "name": mirror.name,
-            "kind": _KINDS[kind],
+            "kind": kind.word,
             "vertex_mm": _number(mirror.surface.vertex_height),
             "radius_mm": None if kind is MirrorKind.PLANE else 1.0 / curvature,
             "conic": conic_term / curvature**2 - 1.0 if conic is None else conic,
@@ -136,7 +131,7 @@ def _views(candidate: Candidate) -> Views:
         (specification.distance_near, specification.distance_far),
         values["baseline"],
     )
-    outer = "upper" if variant.configuration.topology == "upper_outer" else "lower"
+    outer = variant.configuration.outer_view
     folded = variant.fold is not None
 
     def view(name: str, slopes: tuple[float, float]) -> View:
@@ -169,8 +164,8 @@ def _score(requirement: Requirement, result: SearchResult, record: Design) -> di
         "smallest_clearance_mm": float(clearances[tightest]),
         "smallest_clearance_where": names[tightest],
         "largest_slope_deg": max(max(abs(slope) for slope in shape.slope_deg) for shape in shapes),
-        "first_stage": _in_columns(first.goals),
-        "second_stage": _in_columns(best.goals),
+        "first_stage": in_columns(first.goals),
+        "second_stage": in_columns(best.goals),
         "least_limit": least_limit_of(requirement, best.problem.variant.configuration),
         "first_stage_limit_ratio": first.goals["depth_error"] / result.limit_of_first,
         "largest_scaled_violation": best.violation,
@@ -210,10 +205,3 @@ def least_limit_of(requirement: Requirement, configuration: Configuration) -> di
         "baseline_mm": least.baseline,
         "focal_length_mm": least.principal_distance,
     }
-
-
-_GOAL_FACTORS = {"volume": 1e-3}
-
-
-def _in_columns(goals: dict[str, float]) -> dict[str, float]:
-    return {GOAL_COLUMNS[name]: value * _GOAL_FACTORS.get(name, 1.0) for name, value in goals.items()}

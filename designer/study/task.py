@@ -15,7 +15,8 @@ from designer.optimise.program import forget_programs
 from designer.optimise.search import SearchResult, search
 from designer.requirement import Requirement
 from designer.study.record import design_of
-from designer.verify.verdict import Verdict, judge
+from designer.verify.judge import judge
+from designer.verify.verdict import Verdict
 
 FRONT_POINTS = 9
 FRONT_SIZES = ("height", "diameter")

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from designer.design import Design
+from designer.trace.arrays import Array
 from designer.trace.bundles import elevation_angles, pinhole_directions
-from designer.trace.conics import Array
 from designer.trace.instrument import Instrument, Pose, build_instrument
 from designer.trace.sequential import trace_sequential
 

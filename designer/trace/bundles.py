@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from designer.trace.conics import Array, Rows
+from designer.trace.arrays import Array, Rows
 from designer.trace.instrument import Instrument
 
 # Rays per block: the working arrays of a block stay in the processor's cache.
@@ -29,30 +29,30 @@ def pinhole_directions(psi: ArrayLike, azimuth: ArrayLike = 0.0) -> Array:
 class Bundle:
     """A block of rays as the surfaces take them: three coordinates, or two in the meridional plane.
 
-    ``heading`` are 3 or 2 rows (n,) of unit directions and ``start`` (3, n) their starts, or (1, 1) the height from
+    ``direction`` are 3 or 2 rows (n,) of unit directions and ``start`` (3, n) their starts, or (1, 1) the height from
     which all of them start on the axis. Then ``azimuth`` (2, n) are the horizontal unit vectors along which r counts.
     """
 
     start: Array
-    heading: Rows
+    direction: Rows
     azimuth: Array | None
 
     @classmethod
     def of(cls, instrument: Instrument, directions: Array, origins: Array | None, block: slice) -> Bundle:
         """The rays of one block of directions and origins (n, 3); from the pinhole if there are no origins."""
-        heading = np.ascontiguousarray(directions[block].T)
+        direction = np.ascontiguousarray(directions[block].T)
         if origins is not None:
-            return cls(np.ascontiguousarray(origins[block].T), heading, None)
+            return cls(np.ascontiguousarray(origins[block].T), direction, None)
         if not instrument.is_aligned:
-            return cls(np.zeros_like(heading), heading, None)
-        across = np.sqrt(heading[0] * heading[0] + heading[1] * heading[1])
+            return cls(np.zeros_like(direction), direction, None)
+        across = np.sqrt(direction[0] * direction[0] + direction[1] * direction[1])
         # A ray along the axis stays there, whatever its azimuth.
-        azimuth = heading[:2] / np.maximum(across, np.finfo(float).tiny)
-        return cls(np.zeros((1, 1)), [across, heading[2]], azimuth)
+        azimuth = direction[:2] / np.maximum(across, np.finfo(float).tiny)
+        return cls(np.zeros((1, 1)), [across, direction[2]], azimuth)
 
     def in_world(self, rows: Rows, out: Array | None = None) -> Array:
         """World coordinates (3, n) of points or vectors in rows (3 or 2, n)."""
-        world = np.empty((3, self.heading[0].size)) if out is None else out
+        world = np.empty((3, self.direction[0].size)) if out is None else out
         if self.azimuth is None:
             world[:] = rows
         else:

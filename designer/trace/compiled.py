@@ -1,9 +1,10 @@
 """Millions of rays from the pinhole along a path of mirrors, in compiled loops; needs Numba (the extra ``compiled``).
 
-As in :func:`designer.trace.rays.trace_sequential`, whose results a test holds these to. A ray of direction
-(dx, dy, dz) stays in its meridional plane. Its distance from the axis is counted in units of sqrt(dx^2 + dy^2): at
-``reach`` such units it is at x = reach dx, y = reach dy, and a ray along the axis is like any other. Loops have no
-branches and run over blocks that stay in the processor's cache, so that the compiler takes several rays at a time.
+As in :func:`designer.trace.sequential.trace_sequential`, whose results a test holds these to. A ray that leaves the
+pinhole in the direction (dx, dy, dz) stays in its meridional plane. Coordinates across the axis are counted in units of
+(dx, dy): a point at ``across`` such units lies at x = across dx, y = across dy, and a ray along the axis is like any
+other. Loops have no branches and run over blocks that stay in the processor's cache, so that the compiler takes several
+rays at a time.
 """
 
 from __future__ import annotations
@@ -12,9 +13,9 @@ from collections.abc import Sequence
 
 import numba
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from designer.trace.conics import Array
+from designer.trace.arrays import Array, Indices
 from designer.trace.instrument import Instrument
 from designer.trace.intersections import NEAREST_HIT_MM
 from designer.trace.sequential import SequentialTrace
@@ -64,87 +65,87 @@ def trace_many(
 
 
 @_compile
-def _follow(mirrors: Array, nearest: float, directions: Array, results: Array, missed: NDArray[np.intp]) -> None:
+def _follow(mirrors: Array, nearest: float, directions: Array, results: Array, missed: Indices) -> None:
     """Fill ``results`` (mirrors + 1, 3, n) with points and exit directions, ``missed`` (n,) with places in the path."""
-    across = np.empty((3, BLOCK))
+    units = np.empty((3, BLOCK))
     before, after = np.empty((4, BLOCK)), np.empty((4, BLOCK))
     for low in range(0, len(directions), BLOCK):
         count = min(BLOCK, len(directions) - low)
         block = slice(low, low + count)
         for ray in range(count):
             dx, dy, dz = directions[low + ray, 0], directions[low + ray, 1], directions[low + ray, 2]
-            across[0, ray], across[1, ray], across[2, ray] = dx, dy, dx * dx + dy * dy
+            units[0, ray], units[1, ray], units[2, ray] = dx, dy, dx * dx + dy * dy
             before[0, ray], before[1, ray], before[2, ray], before[3, ray] = 0.0, 0.0, 1.0, dz
         for place in range(len(mirrors)):
-            misses = _meet(
-                mirrors[place], nearest, across[2, :count], before[0], before[1], before[2], before[3], after
-            )
+            misses = _meet(mirrors[place], nearest, units[2, :count], before[0], before[1], before[2], before[3], after)
             before, after = after, before
-            _spread(across, before[0], before[1], results[place, :, block])
+            _write_rows(units, before[0], before[1], results[place, :, block])
             if misses:
                 for ray in range(count):
                     if np.isnan(before[0, ray]) and missed[low + ray] < 0:
                         missed[low + ray] = place
-        _spread(across, before[2], before[3], results[len(mirrors), :, block])
+        _write_rows(units, before[2], before[3], results[len(mirrors), :, block])
 
 
 @_compile
 def _meet(
     mirror: Array,
     nearest: float,
-    weights: Array,
-    reaches: Array,
+    squared_units: Array,
+    starts_across: Array,
     heights: Array,
-    drifts: Array,
-    climbs: Array,
+    directions_across: Array,
+    directions_along: Array,
     after: Array,
 ) -> int:
-    """Rays (reach, height) with directions (drift, climb) meet a mirror; returns how many miss it.
+    """Rays from points (across, height) in directions (across, along) meet a mirror; returns how many miss it.
 
-    The same four after it go to ``after`` (4, n), NaN for a ray that misses. ``weights`` turn products of reaches
-    into mm^2. With c the curvature, k = 1 + conic constant and the vertex as
-    origin, the ray meets c (r^2 + k z^2) = 2 z where a s^2 - 2 b s + v = 0, and a s - b has the sign of the mirror's
-    side.
+    The same four numbers after the mirror go to ``after`` (4, n), NaN for a ray that misses. ``squared_units``, dx^2 +
+    dy^2, turn products of two coordinates across the axis into mm^2. With c the curvature, k = 1 + conic constant and
+    the vertex as origin, the ray meets c (r^2 + k z^2) = 2 z where a s^2 - 2 b s + v = 0, and a s - b has the sign of
+    the mirror's side (see :mod:`designer.trace.conics`).
     """
     curvature, one_plus_conic, side, vertex, least, most = mirror
-    bend = curvature * one_plus_conic
+    vertical_curvature = curvature * one_plus_conic
     misses = 0
-    for ray in range(weights.size):
-        weight, reach, height = weights[ray], reaches[ray], heights[ray] - vertex
-        drift, climb = drifts[ray], climbs[ray]
-        slope = (1.0 - bend * height) * climb - curvature * weight * reach * drift
-        value = (bend * height - 2.0) * height + curvature * weight * reach * reach
+    for ray in range(squared_units.size):
+        unit, across, height = squared_units[ray], starts_across[ray], heights[ray] - vertex
+        d_across, d_along = directions_across[ray], directions_along[ray]
+        slope = (1.0 - vertical_curvature * height) * d_along - curvature * unit * across * d_across
+        value = (vertical_curvature * height - 2.0) * height + curvature * unit * across * across
         # b^2 - a v by the moment about the vertex, which loses no digits far away or where the conic is nearly flat.
-        moment = height * drift - climb * reach
-        root = side * np.sqrt(climb * climb + curvature * weight * moment * (2.0 * drift - bend * moment))
+        moment = height * d_across - d_along * across
+        root = side * np.sqrt(
+            d_along * d_along + curvature * unit * moment * (2.0 * d_across - vertical_curvature * moment)
+        )
         # Neither form subtracts like quantities.
         subtracts = side * slope > 0.0
         above = slope + root if subtracts else value
-        below = curvature + (bend - curvature) * climb * climb if subtracts else slope - root
+        below = curvature + (vertical_curvature - curvature) * d_along * d_along if subtracts else slope - root
         distance = above / below
-        reach += distance * drift
-        height += distance * climb
-        squared = weight * reach * reach
-        met = (distance > nearest) & (bend * height <= 1.0) & (squared >= least) & (squared <= most)
-        normal_across, normal_along = curvature * reach, bend * height - 1.0
-        share = 2.0 * (weight * normal_across * drift + normal_along * climb)
-        share /= weight * normal_across * normal_across + normal_along * normal_along
+        across += distance * d_across
+        height += distance * d_along
+        squared = unit * across * across
+        met = (distance > nearest) & (vertical_curvature * height <= 1.0) & (squared >= least) & (squared <= most)
+        normal_across, normal_along = curvature * across, vertical_curvature * height - 1.0
+        share = 2.0 * (unit * normal_across * d_across + normal_along * d_along)
+        share /= unit * normal_across * normal_across + normal_along * normal_along
         gone = 0.0 if met else np.nan
         misses += 0 if met else 1
-        after[0, ray] = reach + gone
+        after[0, ray] = across + gone
         after[1, ray] = height + vertex + gone
-        after[2, ray] = drift - share * normal_across + gone
-        after[3, ray] = climb - share * normal_along + gone
+        after[2, ray] = d_across - share * normal_across + gone
+        after[3, ray] = d_along - share * normal_along + gone
     return misses
 
 
 @_compile
-def _spread(across: Array, reach: Array, along: Array, out: Array) -> None:
+def _write_rows(units: Array, across: Array, along: Array, out: Array) -> None:
     """Write x, y, z of points or vectors to ``out`` (3, n)."""
     out_x, out_y, out_z = out[0], out[1], out[2]
     for ray in range(out_x.size):
-        out_x[ray] = across[0, ray] * reach[ray]
+        out_x[ray] = units[0, ray] * across[ray]
     for ray in range(out_y.size):
-        out_y[ray] = across[1, ray] * reach[ray]
+        out_y[ray] = units[1, ray] * across[ray]
     for ray in range(out_z.size):
         out_z[ray] = along[ray]

@@ -2,33 +2,33 @@
 
 The conic is c (x^2 + y^2 + k z^2) = 2 z, with c = 1/radius (0 for a plane) and k = 1 + conic constant. A ray has two
 coordinates across the axis, or one, the signed distance from it, in a meridional plane. Lengths in mm.
+
+A point at distance s along the ray meets the conic where a s^2 - 2 b s + v = 0 (W. T. Welford, Aberrations of Optical
+Systems, 1986, chapter 4; G. H. Spencer and M. V. R. K. Murty, J. Opt. Soc. Am. 52, 672, 1962), and of the two roots
+the one at which a s - b has a given sign lies on a given side of the surface.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-# Coordinates of points or vectors, (x, y, z) or (r, z): an array (3 or 2, n), or its rows.
-Rows = Sequence[Array] | Array
+from designer.trace.arrays import Array, Rows
 
 
 @dataclass(frozen=True, slots=True)
 class Rays:
     """Rays in the frame of a conic, or of several: arrays that broadcast against each other.
 
-    ``across`` and ``heading`` hold the coordinates of starts and unit directions across the axis, ``height`` and
-    ``climb`` those along it. ``across`` is empty if all rays start on the axis.
+    ``across`` and ``height`` hold the starts' coordinates across and along the axis, ``direction_across`` and
+    ``direction_along`` the components of their unit directions. ``across`` is empty if all rays start on the axis.
     """
 
     across: Rows
     height: Array
-    heading: Rows
-    climb: Array
+    direction_across: Rows
+    direction_along: Array
 
 
 def dot(left: Rows, right: Rows) -> Array:
@@ -41,7 +41,7 @@ def dot(left: Rows, right: Rows) -> Array:
 
 def ends(rays: Rays, distance: Array) -> list[Array]:
     """Rows of the points at distances along rays."""
-    points = [distance * ahead for ahead in (*rays.heading, rays.climb)]
+    points = [distance * component for component in (*rays.direction_across, rays.direction_along)]
     starts = [*rays.across, rays.height]
     for row, start in zip(points[-len(starts) :], starts, strict=True):
         row += start
@@ -55,35 +55,36 @@ def quadratic(curvature: Array | float, one_plus_conic: Array | float, rays: Ray
     depends on the line alone, and does not lose digits when the ray starts far away or the conic is nearly
     parabolic or flat.
     """
-    across, z, heading, dz = rays.across, rays.height, rays.heading, rays.climb
-    height = curvature * one_plus_conic * z
-    slope = (1.0 - height) * dz
-    value = (height - 2.0) * z
-    moments = [z * ahead for ahead in heading]
+    across, z, lateral, dz = rays.across, rays.height, rays.direction_across, rays.direction_along
+    reduced_height = curvature * one_plus_conic * z
+    slope = (1.0 - reduced_height) * dz
+    value = (reduced_height - 2.0) * z
+    moments = [z * component for component in lateral]
     if len(across):
-        slope -= curvature * dot(across, heading)
+        slope -= curvature * dot(across, lateral)
         value += curvature * dot(across, across)
         for moment, start in zip(moments, across, strict=True):
             moment -= dz * start
     discriminant = dz * dz
-    bend = np.multiply(curvature, curvature) * one_plus_conic
-    for moment, ahead in zip(moments, heading, strict=True):
-        discriminant = discriminant + moment * (2.0 * curvature * ahead - bend * moment)
+    conic_term = np.multiply(curvature, curvature) * one_plus_conic
+    for moment, component in zip(moments, lateral, strict=True):
+        discriminant = discriminant + moment * (2.0 * curvature * component - conic_term * moment)
     if len(across) == 2:
-        twist = curvature * (across[0] * heading[1] - across[1] * heading[0])
-        discriminant -= twist * twist
+        # The component of the moment along the axis: zero for a meridional ray.
+        skewness = curvature * (across[0] * lateral[1] - across[1] * lateral[0])
+        discriminant -= skewness * skewness
     return slope, value, discriminant
 
 
-def along(curvature: Array | float, one_plus_conic: Array | float, rays: Rays) -> Array:
+def leading_term(curvature: Array | float, one_plus_conic: Array | float, rays: Rays) -> Array:
     """The term a of a s^2 - 2 b s + v = 0, for unit directions."""
-    return curvature + (curvature * (one_plus_conic - 1.0)) * (rays.climb * rays.climb)
+    return curvature + (curvature * (one_plus_conic - 1.0)) * (rays.direction_along * rays.direction_along)
 
 
 def reflecting_root(curvature: float, one_plus_conic: float, side: float, rays: Rays) -> Array:
     """Distance (n,) at which rays cross a conic from its reflecting side: a s - b = side sqrt(b^2 - a v)."""
     if curvature == 0.0:
-        return np.where(side * rays.climb < 0.0, rays.height / -rays.climb, np.nan)
+        return np.where(side * rays.direction_along < 0.0, rays.height / -rays.direction_along, np.nan)
     slope, value, root = quadratic(curvature, one_plus_conic, rays)
     np.sqrt(root, out=root)
     if side > 0.0:
@@ -93,7 +94,7 @@ def reflecting_root(curvature: float, one_plus_conic: float, side: float, rays: 
         subtracts = slope < 0.0
     distance = value / (slope + root)
     if subtracts.any():
-        distance = np.where(subtracts, (slope - root) / along(curvature, one_plus_conic, rays), distance)
+        distance = np.where(subtracts, (slope - root) / leading_term(curvature, one_plus_conic, rays), distance)
     return distance
 
 
@@ -105,7 +106,7 @@ def mirrored(curvature: Array | float, one_plus_conic: Array | float, local: Row
     share = dot(normal, directions)
     share /= dot(normal, normal)
     share *= 2.0
-    for row, ahead in zip(normal, directions, strict=True):
+    for row, component in zip(normal, directions, strict=True):
         row *= share
-        np.subtract(ahead, row, out=row)
+        np.subtract(component, row, out=row)
     return normal

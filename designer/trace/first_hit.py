@@ -13,9 +13,9 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from designer.trace.arrays import Array, Indices
 from designer.trace.bundles import Bundle, blocks_of
-from designer.trace.conics import Array
-from designer.trace.instrument import Indices, Instrument
+from designer.trace.instrument import Instrument
 from designer.trace.intersections import first_hits, reflect
 
 # Light caught between mirrors is followed no further.
@@ -104,7 +104,7 @@ def trace_first_hits(
 
 
 def _trace_block(instrument: Instrument, bundle: Bundle, starts_in_lens: bool, most_mirrors: int) -> FirstHitTrace:
-    direction = np.array(bundle.heading)
+    direction = np.array(bundle.direction)
     rows, number = direction.shape
     point = np.zeros((rows, number))
     point[-len(bundle.start) :] = bundle.start

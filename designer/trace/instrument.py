@@ -8,16 +8,14 @@ ellipsoid) 1 - k c z < 0. Lengths in mm.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from designer.design import Design, Mirror
-from designer.trace.conics import Array as Array
+from designer.design import Camera, Design, Mirror
+from designer.trace.arrays import Array, Indices
 
-Indices = NDArray[np.intp]
 BARREL = "lens barrel"
 BODY = "camera body"
 
@@ -108,51 +106,26 @@ def build_instrument(design: Design, poses: Mapping[str, Pose] | None = None) ->
     KeyError
         A pose names a mirror that the design does not have.
     """
-    poses = dict(poses or {})
-    mirrors = design.mirrors
-    count = len(mirrors)
-    origins = np.zeros((count + 1, 3))
-    rotations = np.tile(np.eye(3), (count + 1, 1, 1))
-    names = [mirror.name for mirror in mirrors]
-    for index, mirror in enumerate(mirrors):
-        origins[index, 2] = mirror.vertex_mm
-    for name, pose in poses.items():
-        if name not in names:
-            raise KeyError(f"no mirror {name!r}; the mirrors are {', '.join(names)}")
-        origins[names.index(name)] += pose.shift_mm
-        rotations[names.index(name)] = pose.rotation
+    return assemble_instrument(design.mirrors, design.camera, poses)
 
-    faces, backs, back_names = [], [], []
-    walls: list[tuple[int, float, float, float]] = []
-    wall_names: list[str] = []
-    for index, mirror in enumerate(mirrors):
-        curvature = 0.0 if mirror.radius_mm is None else 1.0 / mirror.radius_mm
-        shape = (curvature, 1.0 + mirror.conic)
-        aperture = (mirror.inner_radius_mm, mirror.outer_radius_mm)
-        faces.append((index, *shape, 0.0, *aperture))
-        if mirror.thickness_mm == 0.0:
-            continue
-        back = mirror.back_offset_mm
-        backs.append((index, *shape, back, *aperture))
-        back_names.append(f"back of {mirror.name}")
-        for radius, label in ((aperture[1], "outer edge"), (aperture[0], "hole edge")):
-            if radius > 0.0:
-                height = float(sag(mirror, radius))
-                walls.append((index, radius, min(height, height + back), max(height, height + back)))
-                wall_names.append(f"{label} of {mirror.name}")
 
-    camera = design.camera
-    seat = camera.lens_seat_mm
-    walls.append((count, camera.lens_radius_mm, seat, camera.lens_front_mm))
-    walls.append((count, camera.body_radius_mm, -np.inf, seat))
-    discs = [(camera.lens_front_mm, camera.lens_radius_mm), (seat, max(camera.body_radius_mm, camera.lens_radius_mm))]
-    disc_names = [BARREL, BODY if camera.body_radius_mm >= camera.lens_radius_mm else BARREL]
+def assemble_instrument(
+    mirrors: Sequence[Mirror], camera: Camera, poses: Mapping[str, Pose] | None = None
+) -> Instrument:
+    """The surfaces of some mirrors over a camera; as :func:`build_instrument`, without the rest of a design."""
+    names = tuple(mirror.name for mirror in mirrors)
+    origins, rotations = _frames(mirrors, names, poses or {})
+    thick = [(index, mirror) for index, mirror in enumerate(mirrors) if mirror.thickness_mm != 0.0]
+    faces = [_conic_row(index, mirror, 0.0) for index, mirror in enumerate(mirrors)]
+    backs = [_conic_row(index, mirror, mirror.back_offset_mm) for index, mirror in thick]
+    walls = [wall for index, mirror in thick for wall in _edge_walls(index, mirror)]
+    camera_walls, discs = _camera_surfaces(len(mirrors), camera)
 
     conic_table = np.array(faces + backs, dtype=float).T
-    wall_table = np.array(walls, dtype=float).T
-    disc_table = np.array(discs, dtype=float).T
+    wall_table = np.array([row for row, _ in walls + camera_walls], dtype=float).T
+    disc_table = np.array([row for row, _ in discs], dtype=float).T
     return Instrument(
-        mirrors=tuple(names),
+        mirrors=names,
         facing=np.array([1.0 if mirror.faces == "up" else -1.0 for mirror in mirrors]),
         conics=Conics(conic_table[0].astype(np.intp), *conic_table[1:]),
         cylinders=Cylinders(wall_table[0].astype(np.intp), *wall_table[1:]),
@@ -160,13 +133,61 @@ def build_instrument(design: Design, poses: Mapping[str, Pose] | None = None) ->
         elements=(
             *names,
             *(f"back of {name}" for name in names),
-            *back_names,
-            *wall_names,
-            BARREL,
-            BODY,
-            *disc_names,
+            *(f"back of {mirror.name}" for _, mirror in thick),
+            *(label for _, label in walls + camera_walls),
+            *(label for _, label in discs),
         ),
         origins=origins,
         rotations=rotations,
         is_aligned=not poses,
     )
+
+
+def _frames(mirrors: Sequence[Mirror], names: tuple[str, ...], poses: Mapping[str, Pose]) -> tuple[Array, Array]:
+    """Origins (m + 1, 3) and rotations (m + 1, 3, 3) of the mirrors' frames and, last, the camera's."""
+    origins = np.zeros((len(mirrors) + 1, 3))
+    rotations = np.tile(np.eye(3), (len(mirrors) + 1, 1, 1))
+    for index, mirror in enumerate(mirrors):
+        origins[index, 2] = mirror.vertex_mm
+    for name, pose in poses.items():
+        if name not in names:
+            raise KeyError(f"no mirror {name!r}; the mirrors are {', '.join(names)}")
+        origins[names.index(name)] += pose.shift_mm
+        rotations[names.index(name)] = pose.rotation
+    return origins, rotations
+
+
+def _conic_row(frame: int, mirror: Mirror, offset: float) -> tuple[float, ...]:
+    """A mirror's face, or its back at an offset, as a row of :class:`Conics`."""
+    curvature = 0.0 if mirror.radius_mm is None else 1.0 / mirror.radius_mm
+    return frame, curvature, 1.0 + mirror.conic, offset, mirror.inner_radius_mm, mirror.outer_radius_mm
+
+
+_Wall = tuple[tuple[float, ...], str]
+"""A row of :class:`Cylinders` or :class:`Discs`, and its name."""
+
+
+def _edge_walls(frame: int, mirror: Mirror) -> list[_Wall]:
+    """The cylinders between a face's rims and its back's."""
+    walls: list[_Wall] = []
+    for radius, label in ((mirror.outer_radius_mm, "outer edge"), (mirror.inner_radius_mm, "hole edge")):
+        if radius > 0.0:
+            height, back = float(sag(mirror, radius)), mirror.back_offset_mm
+            row = (frame, radius, min(height, height + back), max(height, height + back))
+            walls.append((row, f"{label} of {mirror.name}"))
+    return walls
+
+
+def _camera_surfaces(frame: int, camera: Camera) -> tuple[list[_Wall], list[_Wall]]:
+    """Walls, then discs, of lens barrel and camera body."""
+    seat = camera.lens_seat_mm
+    walls: list[_Wall] = [
+        ((frame, camera.lens_radius_mm, seat, camera.lens_front_mm), BARREL),
+        ((frame, camera.body_radius_mm, -np.inf, seat), BODY),
+    ]
+    at_seat = BODY if camera.body_radius_mm >= camera.lens_radius_mm else BARREL
+    discs: list[_Wall] = [
+        ((camera.lens_front_mm, camera.lens_radius_mm), BARREL),
+        ((seat, max(camera.body_radius_mm, camera.lens_radius_mm)), at_seat),
+    ]
+    return walls, discs

@@ -11,8 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from designer.trace.conics import Array, Rays, Rows, along, dot, ends, mirrored, quadratic, reflecting_root
-from designer.trace.instrument import Conics, Cylinders, Indices, Instrument
+from designer.trace.arrays import Array, Indices, Rows
+from designer.trace.conics import Rays, dot, ends, leading_term, mirrored, quadratic, reflecting_root
+from designer.trace.instrument import Conics, Cylinders, Instrument
 
 # A ray that starts on a face is kept from meeting, at its very start, the walls that end in the same rim.
 NEAREST_HIT_MM = 1e-9
@@ -53,10 +54,10 @@ def first_hits(
     if camera or len(walls.radius) > 2:
         distances.append(_cylinder_hits(walls, kept, _in_frames(instrument, walls.frame[kept], points, directions)))
     if camera:
-        reach = (instrument.discs.height[:, None] - points[-1]) / directions[-1]
-        *across, _ = ends(Rays(points[:-1], points[-1], directions[:-1], directions[-1]), reach)
-        met = (reach > NEAREST_HIT_MM) & (dot(across, across) <= instrument.discs.outer[:, None] ** 2)
-        distances.append(np.where(met, reach, np.inf))
+        to_disc = (instrument.discs.height[:, None] - points[-1]) / directions[-1]
+        *across, _ = ends(Rays(points[:-1], points[-1], directions[:-1], directions[-1]), to_disc)
+        met = (to_disc > NEAREST_HIT_MM) & (dot(across, across) <= instrument.discs.outer[:, None] ** 2)
+        distances.append(np.where(met, to_disc, np.inf))
 
     stacked = np.concatenate(distances)
     row = np.argmin(stacked, axis=0)
@@ -97,9 +98,9 @@ def meet_face(
         met &= across >= conics.inner[face] ** 2
         met &= across <= conics.outer[face] ** 2
     reflected = (
-        [*rays.heading, -rays.climb]
+        [*rays.direction_across, -rays.direction_along]
         if curvature == 0.0
-        else mirrored(curvature, one_plus_conic, landed, [*rays.heading, rays.climb])
+        else mirrored(curvature, one_plus_conic, landed, [*rays.direction_across, rays.direction_along])
     )
     if not met.all():
         landed, reflected = ([np.where(met, row, np.nan) for row in rows] for rows in (landed, reflected))
@@ -118,7 +119,7 @@ def _conic_roots(conics: Conics, rays: Rays, left: Indices) -> tuple[Array, Arra
     value[left[started], started] = 0.0
     root = np.sqrt(discriminant)
     stable = slope + np.copysign(root, slope)
-    near, far = value / stable, stable / along(*shape, rays)
+    near, far = value / stable, stable / leading_term(*shape, rays)
     rising = np.signbit(slope)
     return np.where(rising, near, far), np.where(rising, far, near)
 
@@ -138,20 +139,20 @@ def _within_conic(conics: Conics, distance: Array, rays: Rays) -> Array:
 
 def _cylinder_hits(walls: Cylinders, kept: slice, rays: Rays) -> Array:
     """Distances (m, n) to cylindrical walls, infinite where a wall is not met."""
-    across, heading = rays.across, rays.heading
+    across, lateral = rays.across, rays.direction_across
     radius = walls.radius[kept][:, None]
-    run = dot(heading, heading)
-    discriminant = run * radius**2
+    lateral_squared = dot(lateral, lateral)
+    discriminant = lateral_squared * radius**2
     if len(across) == 2:
-        discriminant -= (across[0] * heading[1] - across[1] * heading[0]) ** 2
-    advance = dot(across, heading) if len(across) else np.zeros(1)
+        discriminant -= (across[0] * lateral[1] - across[1] * lateral[0]) ** 2
+    outwards = dot(across, lateral) if len(across) else np.zeros(1)
     from_axis = np.sqrt(dot(across, across)) if len(across) else np.zeros(1)
-    stable = -(advance + np.copysign(np.sqrt(discriminant), advance))
+    stable = -(outwards + np.copysign(np.sqrt(discriminant), outwards))
     value = (from_axis - radius) * (from_axis + radius)
     low, high = walls.low[kept][:, None], walls.high[kept][:, None]
     best = np.full(discriminant.shape, np.inf)
-    for distance in (stable / run, value / stable):
-        height = rays.height + distance * rays.climb
+    for distance in (stable / lateral_squared, value / stable):
+        height = rays.height + distance * rays.direction_along
         met = (distance > NEAREST_HIT_MM) & (height >= low) & (height <= high)
         best = np.where(met & (distance < best), distance, best)
     return best

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from designer.trace.arrays import Array, Indices, Rows
 from designer.trace.bundles import Bundle, blocks_of
-from designer.trace.conics import Array, Rows
-from designer.trace.instrument import Indices, Instrument
+from designer.trace.instrument import Instrument
 from designer.trace.intersections import meet_face
 
 
@@ -58,7 +58,7 @@ def trace_sequential(
         for block in blocks_of(number):
             bundle = Bundle.of(instrument, given, start, block)
             point: Rows = bundle.start
-            direction: Rows = bundle.heading
+            direction: Rows = bundle.direction
             for place, face in enumerate(path):
                 point, direction = meet_face(instrument, face, point, direction, aperture=apertures)
                 lost = np.isnan(point[-1])

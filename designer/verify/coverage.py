@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from designer.design import Interval
+from designer.trace.arrays import Array, Indices
 from designer.trace.bundles import elevation_angles, pinhole_directions
-from designer.trace.conics import Array
 from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
-from designer.trace.instrument import Indices, Instrument
+from designer.trace.instrument import Instrument
 from designer.trace.sequential import trace_sequential
 
 # Any azimuth would do, since the surfaces are round; a crooked one exercises all three coordinates.
@@ -205,33 +205,3 @@ def single_viewpoint_residuals(
 def _largest(values: Array) -> float:
     largest = float(np.max(values))
     return np.inf if np.isnan(largest) else largest
-
-
-def hull(intervals: Sequence[Interval]) -> Interval | None:
-    """The smallest interval that holds all the given ones, or None."""
-    if not intervals:
-        return None
-    return min(low for low, _ in intervals), max(high for _, high in intervals)
-
-
-def uncovered(wanted: Interval, intervals: Sequence[Interval], tolerance: float) -> list[Interval]:
-    """The parts of an interval, wider than the tolerance, that no other interval covers."""
-    gaps = []
-    reached = wanted[0]
-    for low, high in [*sorted(intervals), (wanted[1], np.inf)]:
-        low = min(low, wanted[1])
-        if low - reached > tolerance:
-            gaps.append((reached, low))
-        reached = max(reached, high)
-    return gaps
-
-
-def joined(intervals: Sequence[Interval], tolerance: float) -> list[Interval]:
-    """Intervals in rising order, those that meet within the tolerance made one."""
-    merged: list[Interval] = []
-    for low, high in sorted(intervals):
-        if merged and low - merged[-1][1] <= tolerance:
-            merged[-1] = (merged[-1][0], max(merged[-1][1], high))
-        else:
-            merged.append((low, high))
-    return merged

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from designer.trace.arrays import Array
 from designer.trace.bundles import pinhole_directions
-from designer.trace.conics import Array
 from designer.trace.instrument import Instrument
 from designer.trace.sequential import trace_sequential
 from designer.verify.solids import Rims

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from designer.design import Design
 from designer.trace.aiming import exit_lines, project
-from designer.trace.conics import Array
+from designer.trace.arrays import Array
 from designer.trace.instrument import build_instrument
 
 

@@ -13,7 +13,7 @@ from itertools import combinations
 import numpy as np
 
 from designer.design import Design, Mirror
-from designer.trace.conics import Array
+from designer.trace.arrays import Array
 from designer.trace.instrument import BARREL, BODY, sag
 
 # Solids nearer than this count as touching.

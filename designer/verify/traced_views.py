@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from designer.design import Design, View
+from designer.design import Design, Sense, View, Zone
 from designer.trace.aiming import widest_pinhole_angle
+from designer.trace.arrays import Array
 from designer.trace.bundles import elevation_angles, pinhole_directions
-from designer.trace.conics import Array
 from designer.trace.instrument import Instrument, build_instrument
 from designer.trace.sequential import trace_sequential
 from designer.verify.coverage import SCAN_AZIMUTH
@@ -39,7 +39,7 @@ class TracedView:
     viewpoint_mm: float
     crossings_mm: tuple[float, float]
     gain: float
-    sense: Literal["direct", "folded"]
+    sense: Sense
 
 
 def trace_view(instrument: Instrument, path: Sequence[int], widest: float) -> TracedView | None:
@@ -62,9 +62,7 @@ def trace_view(instrument: Instrument, path: Sequence[int], widest: float) -> Tr
     if np.sum(usable) < 2:
         return None
     crossing = crossing[usable]
-    sense: Literal["direct", "folded"] = (
-        "direct" if _spread(gains["direct"][usable]) <= _spread(gains["folded"][usable]) else "folded"
-    )
+    sense: Sense = "direct" if _spread(gains["direct"][usable]) <= _spread(gains["folded"][usable]) else "folded"
     return TracedView(
         viewpoint_mm=float(np.median(crossing)),
         crossings_mm=(float(crossing.min()), float(crossing.max())),
@@ -84,7 +82,7 @@ def as_traced(design: Design) -> tuple[Design, list[str]]:
     said: list[str] = []
     upper, lower = (
         _as_traced(view, f"views.{name}", trace_view(instrument, instrument.path(view.path), widest), said)
-        for name, view in (("upper", design.views.upper), ("lower", design.views.lower))
+        for name, view in design.views.by_name.items()
     )
     if upper.viewpoint_mm < lower.viewpoint_mm:
         said.append(
@@ -100,7 +98,7 @@ def as_traced(design: Design) -> tuple[Design, list[str]]:
             f"baseline_mm is recorded as {design.baseline_mm:.9g}, but the viewpoints lie {baseline:.9g} mm apart"
         )
     reached = [_half_psi(view) for view in (upper, lower)]
-    zones: tuple[Literal["outer", "inner"], Literal["outer", "inner"]]
+    zones: tuple[Zone, Zone]
     zones = ("outer", "inner") if reached[0] > reached[1] else ("inner", "outer")
     if zones != (upper.zone, lower.zone) and reached[0] != reached[1]:
         said.append(

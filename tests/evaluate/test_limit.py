@@ -27,6 +27,7 @@ from support.shipped_problems import (
     put_together,
     random_designs,
     shipped_requirement,
+    zones_fit,
 )
 
 NOISE_MM = 0.0022
@@ -172,10 +173,9 @@ def design_with_both_zones(configuration):
     for name in ("pipe_inspection", "sky_watch"):
         for problem in problems_of(shipped_requirement(name), configuration):
             values = random_designs(problem, 1000, seed=6)
-            assembly = put_together(problem, values)
+            system = put_together(problem, values)
             with np.errstate(all="ignore"):
-                zones = [item.value for item in assembly.constraints if "image" in item.name]
-                kept = np.flatnonzero(is_coherent(assembly) & (np.min(np.broadcast_arrays(*zones), axis=0) >= 0.0))
+                kept = np.flatnonzero(is_coherent(system) & zones_fit(system))
             if kept.size:
                 return shipped_requirement(name), problem, at(values, kept[0])
     raise AssertionError("no random design has both zones in the image")

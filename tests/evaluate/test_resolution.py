@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from designer.design import Design
+from designer.design import VIEW_NAMES, Design
 from designer.evaluate.depth import depth_error_map, depth_error_rms, disparity_steps, stereo_pair_of, volume_of
 from designer.evaluate.resolution import (
-    VIEW_NAMES,
     angular_resolution_px_per_deg,
     azimuthal_resolution_px_per_deg,
     epipolar_lattice,

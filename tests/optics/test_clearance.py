@@ -16,8 +16,8 @@ from designer.optics.layout import Layout
 from designer.trace.bundles import pinhole_directions
 from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
 from designer.trace.instrument import build_instrument
+from designer.verify.judge import judge
 from designer.verify.solids import contact_problems
-from designer.verify.verdict import judge
 from support.shipped_problems import (
     VARIANTS,
     at,
@@ -44,9 +44,9 @@ RAYS = 301
     st.floats(0.05, 0.95),
     angles,
 )
-def test_extents_are_the_largest_over_the_whole_face(inverse_gain, distance, side, start, share, angle):
-    conic = FocalConic(0.0, distance, inverse_gain)
-    limit = 0.97 * min(1.0, abs(inverse_gain) ** -0.5 if inverse_gain else 1.0)
+def test_extents_are_the_largest_over_the_whole_face(tangent_ratio, distance, side, start, share, angle):
+    conic = FocalConic(0.0, distance, tangent_ratio)
+    limit = 0.97 * min(1.0, abs(tangent_ratio) ** -0.5 if tangent_ratio else 1.0)
     tangents = limit * np.array([start * share, share])
     inner, outer = (conic.point(tangent)[0] for tangent in tangents)
     face = FaceRows(conic.surface, np.array([[inner]]), np.array([[outer]]), np.array([[side]]))
@@ -62,16 +62,16 @@ def test_extents_are_the_largest_over_the_whole_face(inverse_gain, distance, sid
 
 def blocked_pairs(design: Design) -> set[tuple[str, int, str, int]]:
     """What the tracer finds in the way of asked light: view, mirrors met before, solid, and its side of the axis."""
-    scene = build_instrument(design)
+    instrument = build_instrument(design)
     found = set()
     for name, view in (("upper", design.views.upper), ("lower", design.views.lower)):
         sign = 1.0 if view.sense == "direct" else -1.0
         elevations = np.radians(np.linspace(*view.elevation_deg, RAYS))
         psi = 2.0 * np.arctan(view.gain * np.tan(np.pi / 4 + sign * elevations / 2))
-        trace = trace_first_hits(scene, pinhole_directions(psi))
-        report = compare_with_path(trace, scene.path(view.path))
+        trace = trace_first_hits(instrument, pinhole_directions(psi))
+        report = compare_with_path(trace, instrument.path(view.path))
         for ray in np.flatnonzero(report.status == Status.BLOCKED):
-            leg, element = int(report.leg[ray]), scene.elements[report.element[ray]]
+            leg, element = int(report.leg[ray]), instrument.elements[report.element[ray]]
             met_mirror = trace.sequence[ray, leg] >= 0
             place = trace.hits[ray, leg] if met_mirror else trace.blocked_at[ray]
             solid = element.split(" of ")[-1].replace("lens barrel", "lens").replace("camera body", "body")

@@ -13,7 +13,7 @@ from designer.trace.instrument import build_instrument, sag
 from designer.trace.sequential import trace_sequential
 
 # Inverse gains of every kind: convex hyperboloid, plane, concave hyperboloid, paraboloid, and the two ellipsoids.
-inverse_gains = st.one_of(
+tangent_ratios = st.one_of(
     st.floats(1.01, 60.0),
     st.just(1.0),
     st.floats(0.02, 0.99),
@@ -28,13 +28,13 @@ reaches = st.floats(0.02, 0.98)
 def mirror_of(conic: FocalConic) -> Mirror:
     """The conic as opticians write it, facing its focus; its aperture is left out of account."""
     surface = conic.surface
-    is_plane = conic.inverse_gain == 1.0
+    is_plane = conic.tangent_ratio == 1.0
     return Mirror(
         name="mirror",
         kind="plane" if is_plane else "hyperboloid",
         vertex_mm=surface.vertex_height,
         radius_mm=None if is_plane else 1.0 / surface.curvature,
-        conic=0.0 if is_plane else conic_constant(conic.inverse_gain),
+        conic=0.0 if is_plane else conic_constant(conic.tangent_ratio),
         inner_radius_mm=0.0,
         outer_radius_mm=1e-3,
         thickness_mm=0.0,
@@ -43,38 +43,38 @@ def mirror_of(conic: FocalConic) -> Mirror:
 
 
 def half_tangent_at(conic: FocalConic, reach: float) -> float:
-    return reach * min(1.0, abs(conic.inverse_gain) ** -0.5 if conic.inverse_gain else 1.0)
+    return reach * min(1.0, abs(conic.tangent_ratio) ** -0.5 if conic.tangent_ratio else 1.0)
 
 
-@given(inverse_gains, st.floats(-200.0, 200.0), st.floats(5.0, 150.0), st.sampled_from([-1.0, 1.0]), reaches)
-def test_points_lie_on_the_surface(inverse_gain, focus, distance, side, reach):
-    conic = FocalConic(focus, side * distance, inverse_gain)
+@given(tangent_ratios, st.floats(-200.0, 200.0), st.floats(5.0, 150.0), st.sampled_from([-1.0, 1.0]), reaches)
+def test_points_lie_on_the_surface(tangent_ratio, focus, distance, side, reach):
+    conic = FocalConic(focus, side * distance, tangent_ratio)
     radius, height = conic.point(half_tangent_at(conic, reach))
     assert height == pytest.approx(conic.surface.height(radius), rel=1e-9, abs=1e-9)
     mirror = mirror_of(conic)
     assert height == pytest.approx(mirror.vertex_mm + float(sag(mirror, radius)), rel=1e-9, abs=1e-7)
 
 
-@given(inverse_gains, st.floats(5.0, 150.0), reaches)
-def test_points_lie_on_the_ray_from_the_focus(inverse_gain, distance, reach):
-    conic = FocalConic(-3.0, distance, inverse_gain)
+@given(tangent_ratios, st.floats(5.0, 150.0), reaches)
+def test_points_lie_on_the_ray_from_the_focus(tangent_ratio, distance, reach):
+    conic = FocalConic(-3.0, distance, tangent_ratio)
     tangent = half_tangent_at(conic, reach)
     radius, height = conic.point(tangent)
     assert np.arctan2(abs(radius), height + 3.0) == pytest.approx(2.0 * np.arctan(tangent), abs=1e-12)
 
 
-@given(inverse_gains, st.floats(5.0, 150.0), reaches, st.floats(0.0, 6.28))
-def test_the_tracer_sends_rays_of_one_focus_through_the_other_with_the_gain(inverse_gain, distance, reach, azimuth):
-    conic = FocalConic(0.0, distance, inverse_gain)
+@given(tangent_ratios, st.floats(5.0, 150.0), reaches, st.floats(0.0, 6.28))
+def test_the_tracer_sends_rays_of_one_focus_through_the_other_with_the_gain(tangent_ratio, distance, reach, azimuth):
+    conic = FocalConic(0.0, distance, tangent_ratio)
     tangent = half_tangent_at(conic, reach)
     radius, _ = conic.point(tangent)
-    scene = build_instrument(_design_with(mirror_of(conic)))
+    instrument = build_instrument(_design_with(mirror_of(conic)))
     psi = 2.0 * np.arctan(tangent)
     ray = np.array([[np.sin(psi) * np.cos(azimuth), np.sin(psi) * np.sin(azimuth), np.cos(psi)]])
-    trace = trace_sequential(scene, [0], ray, apertures=False)
+    trace = trace_sequential(instrument, [0], ray, apertures=False)
     point, direction = trace.point[0], trace.direction[0]
     assert np.hypot(point[0], point[1]) == pytest.approx(abs(radius), rel=1e-8, abs=1e-9)
-    if inverse_gain == 0.0:
+    if tangent_ratio == 0.0:
         assert direction == pytest.approx([0.0, 0.0, -1.0], abs=1e-9)
         return
     other = np.array([0.0, 0.0, conic.other_focus_height])
@@ -83,29 +83,29 @@ def test_the_tracer_sends_rays_of_one_focus_through_the_other_with_the_gain(inve
     # t_A = kappa t_B, with t_B half the angle, at B, between the direction to A and the direction to the world.
     towards_axis = np.sign(radius) * (direction[0] * np.cos(azimuth) + direction[1] * np.sin(azimuth))
     at_other = np.arctan2(towards_axis, -direction[2])
-    assert np.tan(at_other / 2.0) / inverse_gain == pytest.approx(tangent, rel=1e-7, abs=1e-10)
+    assert np.tan(at_other / 2.0) / tangent_ratio == pytest.approx(tangent, rel=1e-7, abs=1e-10)
 
 
-@given(inverse_gains.filter(lambda value: value not in (0.0,)), st.floats(5.0, 150.0), reaches)
-def test_both_foci_tell_the_same_conic(inverse_gain, distance, reach):
-    conic = FocalConic(2.0, distance, inverse_gain)
+@given(tangent_ratios.filter(lambda value: value not in (0.0,)), st.floats(5.0, 150.0), reaches)
+def test_both_foci_tell_the_same_conic(tangent_ratio, distance, reach):
+    conic = FocalConic(2.0, distance, tangent_ratio)
     other = conic.other_focus_height
-    mirrored = FocalConic(other, conic.surface.vertex_height - other, 1.0 / inverse_gain)
+    mirrored = FocalConic(other, conic.surface.vertex_height - other, 1.0 / tangent_ratio)
     for name in ("vertex_height", "curvature", "conic_term"):
         expected = getattr(conic.surface, name)
         assert getattr(mirrored.surface, name) == pytest.approx(expected, rel=1e-9, abs=1e-9)
     tangent = half_tangent_at(conic, reach)
     radius, height = conic.point(tangent)
-    assert mirrored.point(-tangent * inverse_gain) == pytest.approx((radius, height), rel=1e-7, abs=1e-7)
+    assert mirrored.point(-tangent * tangent_ratio) == pytest.approx((radius, height), rel=1e-7, abs=1e-7)
 
 
-@given(inverse_gains.filter(lambda value: value != 1.0))
-def test_the_conic_constant_is_minus_the_squared_eccentricity(inverse_gain):
-    q = (inverse_gain - 1.0) / (inverse_gain + 1.0)
-    assert conic_constant(inverse_gain) == pytest.approx(-1.0 / q**2 if inverse_gain else -1.0, rel=1e-12)
-    surface = FocalConic(0.0, 30.0, inverse_gain).surface
+@given(tangent_ratios.filter(lambda value: value != 1.0))
+def test_the_conic_constant_is_minus_the_squared_eccentricity(tangent_ratio):
+    q = (tangent_ratio - 1.0) / (tangent_ratio + 1.0)
+    assert conic_constant(tangent_ratio) == pytest.approx(-1.0 / q**2 if tangent_ratio else -1.0, rel=1e-12)
+    surface = FocalConic(0.0, 30.0, tangent_ratio).surface
     assert surface.conic_term == pytest.approx(
-        (1.0 + conic_constant(inverse_gain)) * surface.curvature**2, rel=1e-9, abs=1e-12
+        (1.0 + conic_constant(tangent_ratio)) * surface.curvature**2, rel=1e-9, abs=1e-12
     )
 
 

@@ -88,7 +88,7 @@ def test_forms_agree_with_the_focal_conic_of_the_solver(form: FocalForm) -> None
     vertex = vertex_from_focal(form)
     assert conic.surface.curvature == pytest.approx(1 / vertex.radius, rel=1e-10)
     assert conic.surface.conic_term == pytest.approx((1 + vertex.conic_constant) / vertex.radius**2, rel=1e-9)
-    assert conic_constant(conic.inverse_gain) == pytest.approx(vertex.conic_constant, rel=1e-10)
+    assert conic_constant(conic.tangent_ratio) == pytest.approx(vertex.conic_constant, rel=1e-10)
     assert conic.other_focus_height == pytest.approx(2 * form.half_focal_distance, rel=1e-10)
 
 

@@ -297,22 +297,22 @@ def test_derivative_of_the_image_radius(monkeypatch, sense, sign):
 # One conic by vertex distance and inverse gain, as the optimiser has it
 
 
-def test_conic_by_vertex_distance_and_inverse_gain():
-    vertex_distance, inverse_gain = c * (1 + q), (1 + q) / (1 - q)
-    conic = FocalConic(sp.Integer(0), vertex_distance, inverse_gain)
+def test_conic_by_vertex_distance_and_tangent_ratio():
+    vertex_distance, tangent_ratio = c * (1 + q), (1 + q) / (1 - q)
+    conic = FocalConic(sp.Integer(0), vertex_distance, tangent_ratio)
     radius, height, _ = polar_point(q)
     assert is_zero(conic.point(t_a)[0] - radius)
     assert is_zero(conic.point(t_a)[1] - height)
     assert is_zero(conic.surface.vertex_height - c * (1 + q))
     assert is_zero(conic.surface.curvature - q / (c * (1 - q**2)))
-    assert is_zero(conic_constant(inverse_gain) + 1 / q**2)
+    assert is_zero(conic_constant(tangent_ratio) + 1 / q**2)
     assert is_zero(conic.surface.conic_term - (1 - 1 / q**2) * conic.surface.curvature**2)
     assert is_zero(conic.other_focus_height - 2 * c)
-    assert is_zero(conic.surface.curvature - (inverse_gain - 1) / (2 * vertex_distance))
-    assert is_zero(conic.surface.conic_term + inverse_gain / vertex_distance**2)
+    assert is_zero(conic.surface.curvature - (tangent_ratio - 1) / (2 * vertex_distance))
+    assert is_zero(conic.surface.conic_term + tangent_ratio / vertex_distance**2)
 
 
-def test_vertex_equation_holds_for_every_inverse_gain():
+def test_vertex_equation_holds_for_every_tangent_ratio():
     """Also for mu = 0 and mu = 1, paraboloid and plane, without a limit."""
     vertex_distance = sp.symbols("v", real=True, nonzero=True)
     conic = FocalConic(sp.Integer(0), vertex_distance, mu)

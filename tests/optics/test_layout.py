@@ -49,13 +49,13 @@ def test_legs_are_where_the_tracer_sends_the_light(variant):
     tried = 0
     for design, layout in coherent_designs(variant):
         tried += 1
-        scene = build_instrument(design)
+        instrument = build_instrument(design)
         for name, view in (("upper", design.views.upper), ("lower", design.views.lower)):
             ends = np.radians(view.elevation_deg if view.sense == "direct" else view.elevation_deg[::-1])
             sign = 1.0 if view.sense == "direct" else -1.0
             psi = 2.0 * np.arctan(view.gain * np.tan(np.pi / 4 + sign * ends / 2))
-            path = scene.path(view.path)
-            trace = trace_sequential(scene, path, pinhole_directions(psi), apertures=False)
+            path = instrument.path(view.path)
+            trace = trace_sequential(instrument, path, pinhole_directions(psi), apertures=False)
             assert (trace.missed < 0).all()
             for mirror, hit in zip(view.path, trace.hits, strict=True):
                 expected = end_points(layout, name, mirror)

@@ -13,10 +13,10 @@ from designer.configurations import MirrorKind
 from designer.design import Design
 from designer.optics.clearance import pair_up, separations
 from designer.optics.view import elevation_tangents_of_views
-from designer.optimise.bounds import Ranges
 from designer.optimise.impossibility import why_fixed_conflicts, why_impossible
-from designer.optimise.screening import check
+from designer.optimise.problem import evaluate
 from designer.optimise.specification import specification_of
+from designer.optimise.variables import FreeRanges
 from designer.optimise.variants import Variant, enumerate_variants
 from designer.requirement import Requirement, set_key
 from designer.requirement.coherence import check_fixed_numbers
@@ -24,7 +24,7 @@ from designer.trace.aiming import widest_pinhole_angle
 from designer.trace.bundles import elevation_angles, pinhole_directions
 from designer.trace.instrument import build_instrument
 from designer.trace.sequential import trace_sequential
-from designer.verify.verdict import judge
+from designer.verify.judge import judge
 from support.shipped_problems import (
     CONFIGURATIONS,
     SHIPPED,
@@ -37,12 +37,13 @@ from support.shipped_problems import (
     random_designs,
     shipped_requirement,
     variant_name,
+    zones_fit,
 )
 
 
 def reason(requirement: Requirement, variant: Variant) -> str | None:
     lens = requirement.camera.lenses[0]
-    ranges = Ranges(requirement.baseline_range_mm, lens.principal_distances_mm)
+    ranges = FreeRanges(requirement.baseline_range_mm, lens.principal_distances_mm)
     return why_impossible(variant, specification_of(requirement, lens), ranges)
 
 
@@ -194,9 +195,8 @@ def unhindered(problem, seed: int) -> np.ndarray:
     values = random_designs(problem, 1500, seed)
     system = put_together(problem, values)
     coherent = is_coherent(system)
-    image = [item for item in system.constraints if "image" in item.name]
     with np.errstate(all="ignore"):
-        fits = np.min([np.broadcast_to(item.value, coherent.shape) for item in image], axis=0) >= 0.0
+        fits = zones_fit(system)
     kept = np.flatnonzero(coherent & fits)
     if not kept.size:
         return np.zeros(0, dtype=bool)
@@ -339,7 +339,7 @@ def numbers_of(variant, system, values):
 def test_a_check_names_every_violation_in_its_own_unit():
     problem = problem_of(shipped_requirement("indoor_robot"), variant_called("folded-HyPl-Hy-upper_outer"))
     values = random_designs(problem, 200, seed=1)
-    evaluation = check(problem, put_together(problem, values))
+    evaluation = evaluate(problem, put_together(problem, values))
     assert len(evaluation.names) == len(evaluation.units) == len(evaluation.amounts) == len(evaluation.violations)
     assert set(evaluation.units) <= {"mm", "px", "deg", "(a ratio)", "(in the gain)"}
     finite = np.isfinite(evaluation.amounts).all(axis=0)
@@ -361,7 +361,7 @@ def test_light_must_travel_forwards():
         "secondary_inverse_gain": 1.0,
     }
     values = {name: np.array([value]) for name, value in backwards.items()}
-    evaluation = check(problem, put_together(problem, values))
+    evaluation = evaluate(problem, put_together(problem, values))
     failing = {
         name for name, amount in zip(evaluation.names, evaluation.violations[:, 0], strict=True) if amount > 1e-6
     }

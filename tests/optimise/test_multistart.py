@@ -5,29 +5,34 @@ from types import SimpleNamespace
 import numpy as np
 
 from designer.optimise import multistart
-from designer.optimise.program import Target
+from designer.optimise.solver import Target
 
 
 def test_the_best_different_designs_go_into_the_next_round(monkeypatch):
-    """Whatever the order of the starts; each round here offers every design other separators."""
+    """Whatever the order of the starts; each round here offers every design other separating directions."""
     rounds = {}
 
     def design(value):
         goals = {"height": value}
         return SimpleNamespace(
-            goals=goals, scaled=np.array([value]), separators=0, is_feasible=True, keeps=lambda goal: True
+            goals=goals, scaled=np.array([value]), directions=0, is_feasible=True, keeps=lambda goal: True
         )
 
-    def solve(problem, menu, choice, scaled, goal, scales):
-        rounds.setdefault(choice, []).append(float(scaled[0]))
-        return SimpleNamespace(scaled=scaled, status="solved")
+    def minimise(run, target):
+        start, choice = run
+        rounds.setdefault(choice, []).append(float(start.scaled[0]))
+        return SimpleNamespace(scaled=start.scaled, status="solved")
 
-    monkeypatch.setattr(multistart, "solve", solve)
+    monkeypatch.setattr(multistart, "minimise", minimise)
     monkeypatch.setattr(
-        multistart, "_examine_outcomes", lambda task, outcomes, choices: [design(float(o.scaled[0])) for o in outcomes]
+        multistart, "_examine_results", lambda task, results, choices: [design(float(r.scaled[0])) for r in results]
     )
     monkeypatch.setattr(multistart, "_rechosen", lambda task, choice, candidate: choice + 1)
-    task = SimpleNamespace(problem=None, scales=(), offer=lambda choices: list(choices), note=lambda outcome: outcome)
+    task = SimpleNamespace(
+        offer=lambda choices: list(choices),
+        note=lambda result: result,
+        run_from=lambda start, choice, offered: (start, choice),
+    )
     starts = [design(value) for value in (9.0, 8.0, 7.0, 6.0, 5.0, 1.0, 2.0, 1.0)]
     best = multistart.improve(task, starts, Target("height"))
     assert rounds[0] == [9.0, 8.0, 7.0, 6.0, 5.0, 1.0, 2.0, 1.0]

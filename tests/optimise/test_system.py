@@ -8,6 +8,7 @@ import casadi
 import numpy as np
 import pytest
 
+from designer.goals import GOALS
 from designer.optics.clearance import (
     LEG_DIRECTIONS,
     NOT_APART_MM,
@@ -20,19 +21,23 @@ from designer.optics.clearance import (
     solid_separation,
 )
 from designer.optics.layout import Layout, Leg
-from designer.optimise.screening import Problem, physical_values, scaled_values
+from designer.optimise.constraints import constraints_of
+from designer.optimise.problem import Problem
 from designer.optimise.specification import Specification, specification_values
-from designer.optimise.system import VARIABLES, assemble, enclosing
+from designer.optimise.system import enclosure, put_together
+from designer.optimise.variables import VARIABLE_NAMES
 from designer.optimise.variants import Variant
 from support.shipped_problems import (
     VARIANTS,
     at,
     is_coherent,
     problem_of,
-    put_together,
     random_designs,
     shipped_requirement,
     variant_name,
+)
+from support.shipped_problems import (
+    put_together as enclosed,
 )
 
 REQUIREMENTS = ("pipe_inspection", "ceiling_watch", "sky_watch")
@@ -44,7 +49,7 @@ def coherent_problem(variant: Variant) -> tuple[Problem, dict[str, np.ndarray]]:
     for name in REQUIREMENTS:
         problem = problem_of(shipped_requirement(name), variant)
         values = random_designs(problem, 3000, seed=2)
-        coherent = np.flatnonzero(is_coherent(put_together(problem, values)))[:DESIGNS]
+        coherent = np.flatnonzero(is_coherent(enclosed(problem, values)))[:DESIGNS]
         if coherent.size == DESIGNS:
             return problem, {key: value[coherent] for key, value in values.items()}
     raise AssertionError("no coherent designs")
@@ -52,9 +57,9 @@ def coherent_problem(variant: Variant) -> tuple[Problem, dict[str, np.ndarray]]:
 
 def symbolic(problem: Problem) -> casadi.Function:
     """Constraints, goals and every separation as a CasADi function of the physical variables and the rules."""
-    values = {name: casadi.SX.sym(name) for name in VARIABLES}
+    values = {name: casadi.SX.sym(name) for name in VARIABLE_NAMES}
     specification = Specification(*(casadi.SX.sym(field.name) for field in fields(Specification)))
-    system = assemble(problem.variant, values, specification, {})
+    system = put_together(problem.variant, values, specification)
     numbers = [getattr(specification, field.name) for field in fields(Specification)]
     pairs = pair_up(system.layout)
     legs, solids = leg_rows(system.layout.legs), solid_rows(system.layout.solids)
@@ -66,12 +71,12 @@ def symbolic(problem: Problem) -> casadi.Function:
         for number in range(len(LEG_DIRECTIONS))
     ]
     bodies = [solid_separation(one, other, number) for number in range(len(SOLID_DIRECTIONS))]
-    goals = casadi.vertcat(system.depth_error, system.height, system.diameter)
+    goals = casadi.vertcat(*(goal.expression(system) for goal in GOALS.values()))
     return casadi.Function(
         "system",
         [casadi.vertcat(*values.values()), casadi.vertcat(*numbers)],
         [
-            casadi.vertcat(*(item.value for item in system.constraints)),
+            casadi.vertcat(*(item.value for item in constraints_of(system, {}))),
             goals,
             casadi.horzcat(*light),
             casadi.horzcat(*bodies),
@@ -108,16 +113,16 @@ def test_symbols_and_arrays_give_the_same_numbers(variant):
     function = symbolic(problem)
     for index in range(DESIGNS):
         one = at(values, index)
-        system = assemble(variant, one, problem.specification, {})
+        system = put_together(variant, one, problem.specification)
         constraints, goals, light, bodies = (
             np.asarray(part)
             for part in function(
-                [float(one[name][0]) for name in VARIABLES], specification_values(problem.specification)
+                [float(one[name][0]) for name in VARIABLE_NAMES], specification_values(problem.specification)
             )
         )
-        expected = [float(np.ravel(item.value)[0]) for item in system.constraints]
+        expected = [float(np.ravel(item.value)[0]) for item in constraints_of(system, {})]
         assert constraints.ravel() == pytest.approx(expected, rel=1e-9, abs=1e-9)
-        expected = [float(np.ravel(goal)[0]) for goal in (system.depth_error, system.height, system.diameter)]
+        expected = [float(np.ravel(goal.expression(system))[0]) for goal in GOALS.values()]
         assert goals.ravel() == pytest.approx(expected, rel=1e-12)
         expected_light, expected_bodies = separations(system.layout, pair_up(system.layout))
         found = bodies.T
@@ -140,20 +145,20 @@ def test_symbols_and_arrays_give_the_same_numbers(variant):
 def test_exact_derivatives_agree_with_finite_differences(variant):
     problem, values = coherent_problem(variant)
     function = symbolic(problem)
-    point, numbers = casadi.SX.sym("point", len(VARIABLES)), casadi.SX.sym("numbers", function.numel_in(1))
+    point, numbers = casadi.SX.sym("point", len(VARIABLE_NAMES)), casadi.SX.sym("numbers", function.numel_in(1))
     outputs = casadi.vertcat(*(casadi.vec(part) for part in function(point, numbers)[:2]))
     jacobian = casadi.Function("jacobian", [point, numbers], [casadi.jacobian(outputs, point)])
     specification = specification_values(problem.specification)
-    at_point = np.array([values[name][0] for name in VARIABLES])
+    at_point = np.array([values[name][0] for name in VARIABLE_NAMES])
     exact = np.asarray(jacobian(at_point, specification))
-    for column, name in enumerate(VARIABLES):
+    for column, name in enumerate(VARIABLE_NAMES):
         step = 1e-6 * max(1.0, abs(at_point[column])) * (1e-2 if name.endswith("gain") else 1.0)
         sides = []
         for sign in (1.0, -1.0):
-            moved = dict(zip(VARIABLES, at_point, strict=True)) | {name: at_point[column] + sign * step}
-            system = assemble(variant, moved, problem.specification, {})
-            goals = (system.depth_error, system.height, system.diameter)
-            sides.append([float(item.value) for item in system.constraints] + [float(goal) for goal in goals])
+            moved = dict(zip(VARIABLE_NAMES, at_point, strict=True)) | {name: at_point[column] + sign * step}
+            system = put_together(variant, moved, problem.specification)
+            goals = [goal.expression(system) for goal in GOALS.values()]
+            sides.append([float(item.value) for item in constraints_of(system, {})] + [float(goal) for goal in goals])
         difference = (np.array(sides[0]) - np.array(sides[1])) / (2.0 * step)
         scale = max(1.0, float(np.abs(difference).max()))
         assert exact[:, column] == pytest.approx(difference, rel=2e-5, abs=1e-6 * scale)
@@ -162,11 +167,11 @@ def test_exact_derivatives_agree_with_finite_differences(variant):
 @pytest.mark.parametrize("variant", VARIANTS[::5], ids=variant_name)
 def test_the_unit_box_maps_back_and_forth(variant):
     problem = problem_of(shipped_requirement("pipe_inspection"), variant)
-    scaled = np.random.default_rng(4).random((len(VARIABLES), 50))
-    fixed = [problem.bounds[name].is_fixed for name in VARIABLES]
+    scaled = np.random.default_rng(4).random((len(VARIABLE_NAMES), 50))
+    fixed = [problem.bounds[name].is_fixed for name in VARIABLE_NAMES]
     scaled[fixed] = 0.0
-    values = physical_values(problem, scaled)
-    assert scaled_values(problem, values) == pytest.approx(scaled, abs=1e-12)
+    values = problem.physical(scaled)
+    assert problem.scaled(values) == pytest.approx(scaled, abs=1e-12)
     for name, value in values.items():
         interval = problem.bounds[name]
         low, high = min(interval.low, interval.high), max(interval.low, interval.high)
@@ -182,7 +187,7 @@ def test_the_enclosure_is_what_sampled_mirrors_need(variant):
     problem, values = coherent_problem(variant)
     for index in range(DESIGNS):
         one = at(values, index)
-        layout = put_together(problem, one).layout
+        layout = enclosed(problem, one).layout
         heights, radii = [problem.specification.lens_front], []
         for mirror in layout.mirrors:
             inner, outer = (float(np.ravel(radius)[0]) for radius in (mirror.inner_radius, mirror.outer_radius))
@@ -193,7 +198,7 @@ def test_the_enclosure_is_what_sampled_mirrors_need(variant):
                 (face + mirror.direction * mirror.thickness).max(),
             ]
             radii.append(outer)
-        enclosed = enclosing(variant, one, problem.specification)
-        assert float(np.ravel(enclosed["top"])[0]) == pytest.approx(max(heights[1:]), abs=1e-9)
-        assert float(np.ravel(enclosed["bottom"])[0]) == pytest.approx(min(heights), abs=1e-9)
-        assert float(np.ravel(enclosed["radius"])[0]) == pytest.approx(max(radii), abs=1e-9)
+        tight = enclosure(variant, one, problem.specification)
+        assert float(np.ravel(tight["top"])[0]) == pytest.approx(max(heights[1:]), abs=1e-9)
+        assert float(np.ravel(tight["bottom"])[0]) == pytest.approx(min(heights), abs=1e-9)
+        assert float(np.ravel(tight["radius"])[0]) == pytest.approx(max(radii), abs=1e-9)

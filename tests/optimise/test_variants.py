@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from designer.configurations import FOLDING_PAIRS, MirrorKind, enumerate_configurations
-from designer.optimise.variants import Variant, enumerate_variants, gain_of
+from designer.optics.kinds import gain_of
+from designer.optimise.variants import Variant, enumerate_variants
 from support.shipped_problems import CONFIGURATIONS, VARIANTS, variant_name
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from designer.design import Design
-from designer.imaging.endtoend.check import definition_of_passing
+from designer.imaging.endtoend.description import definition_of_passing
 from designer.imaging.endtoend.files import fingerprint
-from designer.imaging.files import write_arrays, write_image
+from designer.imaging.images import write_arrays, write_image
 
 ROWS, COLUMNS = 60, 720
 PREDICTED, BIAS = 0.01, 0.002

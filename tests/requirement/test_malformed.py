@@ -161,7 +161,7 @@ MALFORMED = {
         'minimise = "depth_error"',
         'minimise = "weight"',
         "objective.minimise",
-        "'depth_error', 'height', 'diameter' or 'volume'",
+        "must be one of depth_error, height, diameter, volume",
     ),
     "same goal twice": (
         'then = "height"',

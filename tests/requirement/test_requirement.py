@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from designer.configurations import enumerate_configurations
 from designer.files import InputError
-from designer.requirement import Requirement, principal_distance, read_requirement, requirement_to_toml, set_key
+from designer.optics.thin_lens import principal_distance
+from designer.requirement import Requirement, read_requirement, requirement_to_toml, set_key
 from designer.requirement.reference import reference
 from designer.requirement.template import template
 

@@ -16,8 +16,8 @@ from designer.design import Design, Mirror
 from designer.evaluate.depth import depth_error_rms_second_order, stereo_pair_of, volume_of
 from designer.study.task import solve_configuration
 from designer.trace.instrument import sag
+from designer.verify.judge import judge
 from designer.verify.montecarlo import depth_error_monte_carlo
-from designer.verify.verdict import judge
 from support.shipped_problems import CONFIGURATIONS, SHIPPED, shipped_requirement
 
 NOISE_PX = 0.1

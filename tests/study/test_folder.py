@@ -24,7 +24,7 @@ from designer.study.progress import Progress
 from designer.study.record import least_limit_of
 from designer.study.run import Study, run_study
 from designer.study.task import FRONT_POINTS
-from designer.verify.verdict import judge
+from designer.verify.judge import judge
 from support.shipped_problems import shipped_requirement
 
 # Feasible, infeasible and impossible, direct and folded.

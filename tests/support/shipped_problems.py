@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from designer.configurations import Configuration, enumerate_configurations
 from designer.design import Design
 from designer.optics.view import elevation_tangents_of_views
-from designer.optimise.bounds import Ranges, bounds_of
-from designer.optimise.screening import Problem, assemble_enclosed, constraint_violations, draw
+from designer.optimise.constraints import constraints_of
+from designer.optimise.problem import Problem, violations_of
+from designer.optimise.screening import draw
 from designer.optimise.specification import specification_of
-from designer.optimise.system import VARIABLES, System
+from designer.optimise.system import System
+from designer.optimise.variables import VARIABLE_NAMES, FreeRanges, bounds_of
 from designer.optimise.variants import Variant, enumerate_variants
 from designer.requirement import Requirement, read_requirement
 from support import CONFIGS
@@ -43,7 +45,7 @@ def problem_of(requirement: Requirement, variant: Variant, fixed: tuple[tuple[st
     """The problem of one variant with the first lens, whether or not a rule calls it impossible."""
     lens = requirement.camera.lenses[0]
     specification = specification_of(requirement, lens)
-    ranges = Ranges(requirement.baseline_range_mm, lens.principal_distances_mm)
+    ranges = FreeRanges(requirement.baseline_range_mm, lens.principal_distances_mm)
     return Problem(variant, specification, bounds_of(variant, specification, ranges), fixed)
 
 
@@ -56,8 +58,8 @@ def problems_of(requirement: Requirement, configuration: Configuration) -> Itera
 def random_designs(problem: Problem, count: int, seed: int) -> dict[str, Array]:
     """Variables of random designs, drawn as the optimiser draws its starts, each of shape (count,)."""
     with np.errstate(all="ignore"):
-        values, _ = assemble_enclosed(problem, draw(problem, count, np.random.default_rng(seed)))
-    return {name: np.broadcast_to(np.asarray(values[name], dtype=float), (count,)) for name in VARIABLES}
+        values, _ = problem.enclosed(draw(problem, count, np.random.default_rng(seed)))
+    return {name: np.broadcast_to(np.asarray(values[name], dtype=float), (count,)) for name in VARIABLE_NAMES}
 
 
 def at(values: dict[str, Array], index: int) -> dict[str, Array]:
@@ -66,9 +68,20 @@ def at(values: dict[str, Array], index: int) -> dict[str, Array]:
 
 
 def put_together(problem: Problem, values: dict[str, Array]) -> System:
-    """Assemble designs with their enclosure set to what the mirrors need."""
+    """Designs put together with their enclosure set to what the mirrors need."""
     with np.errstate(all="ignore"):
-        return assemble_enclosed(problem, values)[1]
+        return problem.enclosed(values)[1]
+
+
+STRUCTURAL = {
+    "vertex_sheet",
+    "used_ring",
+    "primary_kind",
+    "primary_vertex_side",
+    "primary_below_secondary",
+    "steepest_slope",
+}
+"""Kinds of constraints without which the formulas do not describe a system."""
 
 
 def is_coherent(system: System) -> NDArray[np.bool_]:
@@ -76,10 +89,14 @@ def is_coherent(system: System) -> NDArray[np.bool_]:
 
     The formulas know lines, not rays: they would also lay out a secondary that sends its light backwards.
     """
-    violations = constraint_violations(system)
-    structural = ("vertex sheet", "used ring", "primary stays", "primary's vertex", "primary below", "steepest slope")
-    rows = [row for row, item in enumerate(system.constraints) if any(word in item.name for word in structural)]
-    return np.asarray(violations[rows].max(axis=0) == 0.0)
+    constraints = tuple(item for item in constraints_of(system, {}) if item.kind in STRUCTURAL)
+    return np.asarray(violations_of(constraints).max(axis=0) == 0.0)
+
+
+def zones_fit(system: System) -> NDArray[np.bool_]:
+    """Which designs have both image zones inside the image circle, and apart by the gap asked."""
+    amounts = [item.value for item in constraints_of(system, {}) if item.kind in {"image_circle", "zone_gap"}]
+    return np.asarray(np.min(np.broadcast_arrays(*amounts), axis=0) >= 0.0)
 
 
 def design_record(requirement: Requirement, problem: Problem, values: dict[str, Array]) -> Design:

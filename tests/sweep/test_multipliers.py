@@ -43,7 +43,7 @@ def test_multipliers_agree_with_finite_differences(name, height, configuration):
         if abs(slope * value) < 1e-3 * weight:
             continue
         ends = [
-            search(set_key(requirement, key, value + sign * STEP * value), chosen, found.trails).first.goals[
+            search(set_key(requirement, key, value + sign * STEP * value), chosen, found.warm_starts).first.goals[
                 "depth_error"
             ]
             for sign in (-1.0, 1.0)

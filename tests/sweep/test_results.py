@@ -24,7 +24,7 @@ from designer.report.typst.glyphs import missing_characters
 from designer.study.compare import compare
 from designer.study.sweep.export import pareto
 from designer.study.sweep.store import FILE_NAME
-from designer.verify.verdict import judge
+from designer.verify.judge import judge
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -19,7 +19,7 @@ from support.closed_forms import CAMERA, conic_mirror, convex_ellipsoid_pair, fo
 
 
 def scene_of(*mirrors: dict[str, Any], **camera: float) -> Instrument:
-    """The scene of mirrors that need not make a stereo system."""
+    """The instrument of mirrors that need not make a stereo system."""
     view = {"path": [mirrors[0]["name"]], "viewpoint_mm": 1.0, "gain": 0.1, "sense": "direct"}
     views = {"upper": {**view, "elevation_deg": [-1, 1], "zone": "outer"}}
     views["lower"] = {**views["upper"], "viewpoint_mm": 0.0, "zone": "inner"}

@@ -11,7 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from designer.design import Design, read_design
-from designer.verify.verdict import Verdict, describe, judge
+from designer.verify.description import describe
+from designer.verify.judge import judge
+from designer.verify.verdict import Verdict
 from support import DATA
 from support.closed_forms import (
     convex_ellipsoid_pair,

@@ -8,44 +8,22 @@ in the raw image meets.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from itertools import pairwise
-from textwrap import wrap
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from designer.design import Design
-from designer.imaging.endtoend.noise import (
-    BANDS,
-    FEWEST_PIXELS,
-    NORMAL_PER_MAD,
-    Noise,
-    calibrate_noise,
-    contrast_in,
-    distance_bands,
-    error_per_pixel,
-    record,
-    robust_deviation,
-    true_points,
-)
+from designer.imaging.endtoend.bands import Band, Mask, judge_bands
+from designer.imaging.endtoend.noise import Noise, calibrate_noise, contrast_in, error_per_pixel, record, true_points
+from designer.imaging.images import Image
 from designer.imaging.render.detector import Detector
 from designer.imaging.render.scenes.library import build_world, calibration_world
 from designer.imaging.render.scenes.world import Array, World, first_surfaces
-from designer.imaging.stereo.matching import ACCURATE_OPTIONS, Matches, MatchingOptions, MatchOutcome
-from designer.imaging.stereo.panorama import Image
+from designer.imaging.stereo.matching import ACCURATE_OPTIONS, Matches, MatchingOptions
 from designer.imaging.stereo.placement import ViewImage
 from designer.imaging.stereo.rig import StereoRig, build_rig, match_image, panoramas
+from designer.notebook_html import html_table, percent
 
-Mask = NDArray[np.bool_]
-
-LARGEST_BIAS = 0.01
-LARGEST_BIAS_SIGMAS = 0.25
-LEAST_ERROR_RATIO, LARGEST_ERROR_RATIO = 0.5, 1.5
-LEAST_KEPT = 0.6
-# With less contrast than this over a band, stereo has nothing to go by.
-LEAST_TEXTURED = 0.1
 # Matches are looked for well beyond the working volume: a search that ended at its edge would cut off the errors of
 # one sign there and so look like bias.
 SEARCH_NEARER, SEARCH_FARTHER = 0.8, 2.5
@@ -54,51 +32,39 @@ SAME_POINT = 2e-3
 
 
 @dataclass(frozen=True, slots=True)
-class Band:
-    """The verdict on one band of true distances.
+class CheckOptions:
+    """How a design is checked.
 
-    ``pixels`` are those of the upper panorama that show a point of the working volume there which both views can
-    see; ``textured`` those of them with contrast; ``kept`` the fraction of the textured that has a depth. ``bias``
-    is the median relative depth error of the kept and ``error`` its robust RMS; ``error_ratio`` is the robust RMS of
-    their errors in units of the prediction, and ``predicted`` the median predicted sigma_D / D. Numbers are NaN where
-    nothing was kept.
+    ``scene`` and ``texture`` are those of :func:`designer.imaging.render.scenes.library.build_world`; ``samples`` is
+    the number of rays along each side of a pixel; ``seed`` is that of textures and noise. ``built`` is the system that
+    records the images if it was not built as designed; it has the camera of the design.
     """
 
-    distance_mm: tuple[float, float]
-    pixels: int
-    textured: int
-    kept: float
-    bias: float
-    error: float
-    error_ratio: float
-    predicted: float
+    scene: str = "auto"
+    texture: str = "rich"
+    samples: int = 2
+    detector: Detector = field(default_factory=Detector)
+    matching: MatchingOptions = ACCURATE_OPTIONS
+    equalise: bool = True
+    seed: int = 0
+    built: Design | None = None
 
-    @property
-    def is_judged(self) -> bool:
-        """Whether there are enough pixels to judge."""
-        return self.pixels >= FEWEST_PIXELS
 
-    @property
-    def bias_bound(self) -> float:
-        """The largest median relative error allowed."""
-        return max(LARGEST_BIAS, LARGEST_BIAS_SIGMAS * self.predicted)
+DEFAULT_OPTIONS = CheckOptions()
 
-    @property
-    def problems(self) -> tuple[str, ...]:
-        """What fails, in words; empty if the band passes or cannot be judged."""
-        if not self.is_judged:
-            return ()
-        if self.textured < LEAST_TEXTURED * self.pixels:
-            return ("no texture",)
-        found = []
-        # Written so that a number that is not there fails.
-        if not abs(self.bias) <= self.bias_bound:
-            found.append("bias")
-        if not LEAST_ERROR_RATIO <= self.error_ratio <= LARGEST_ERROR_RATIO:
-            found.append("error ratio")
-        if not self.kept >= LEAST_KEPT:
-            found.append("kept")
-        return tuple(found)
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recording:
+    """What the camera recorded of the calibration scene and of the scene under test.
+
+    Raw images, and what the pixels of the upper panorama truly show, (3, columns, rows), NaN where seen another way.
+    """
+
+    world: World
+    raw_of_walls: Image
+    points_of_walls: Array
+    raw: Image
+    points: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,67 +98,48 @@ class EndToEndCheck:
         judged = [band for band in self.bands if band.is_judged]
         return bool(judged) and not any(band.problems for band in judged)
 
+    def _repr_html_(self) -> str:
+        title = f"{self.configuration}, scene {self.scene}: {'passed' if self.passed else 'FAILED'}"
+        columns = ("distance (mm)", "pixels", "kept", "median error", "robust rms error", "predicted", "problems")
+        rows = [
+            (
+                "{:.4g} to {:.4g}".format(*band.distance_mm),
+                band.pixels,
+                *(percent(share) for share in (band.kept, band.bias, band.error, band.predicted)),
+                ", ".join(band.problems) or ("none" if band.is_judged else "too few pixels to judge"),
+            )
+            for band in self.bands
+        ]
+        return html_table(title, columns, rows)
 
-def check_design(
-    design: Design,
-    scene: str = "auto",
-    *,
-    texture: str = "rich",
-    samples: int = 2,
-    detector: Detector | None = None,
-    options: MatchingOptions = ACCURATE_OPTIONS,
-    equalise: bool = True,
-    seed: int = 0,
-    built: Design | None = None,
-) -> EndToEndCheck:
+
+def check_design(design: Design, options: CheckOptions = DEFAULT_OPTIONS) -> EndToEndCheck:
     """Render a scene, reconstruct it and compare it with the truth.
-
-    Parameters
-    ----------
-    scene, texture
-        As :func:`designer.imaging.render.scenes.library.build_world` takes them.
-    samples
-        Rays along each side of a pixel.
-    detector
-        The noise of the detector; its defaults if not given.
-    seed
-        Of textures and noise.
-    built
-        The system that records the images, if it was not built as designed; it has the camera of the design.
 
     Raises
     ------
     InputError
         There is no such scene or texture.
     """
-    built = built or design
-    detector = detector or Detector()
-    world = build_world(scene, design, texture, seed)
     near, far = design.working_volume.distance_mm
-    rig = build_rig(design, distances_mm=(SEARCH_NEARER * near, SEARCH_FARTHER * far), equalise=equalise)
-    worlds = (calibration_world(design, seed=seed + 1), world)
-    raw_of_walls, raw = record(built, worlds, detector, samples, (seed + 1, seed))
-    points_of_walls, points = true_points(rig, built, worlds)
-    noise = calibrate_noise(rig, raw_of_walls, points_of_walls, options)
-    matches = match_image(rig, raw, options)
-    distance = np.hypot(points[0], points[1])
-    both_see = _in_volume(design, points) & _lower_sees(rig, world, points)
-    predicted = noise.at(distance, contrast_in(rig, raw, options)) * error_per_pixel(rig, distance)
+    world = build_world(options.scene, design, options.texture, options.seed)
+    rig = build_rig(design, distances_mm=(SEARCH_NEARER * near, SEARCH_FARTHER * far), equalise=options.equalise)
+    recorded = record_both_scenes(rig, world, options)
+    noise = calibrate_noise(rig, recorded.raw_of_walls, recorded.points_of_walls, options.matching)
+    matches = match_image(rig, recorded.raw, options.matching)
+    distance = np.hypot(recorded.points[0], recorded.points[1])
+    both_see = seen_by_both(rig, world, recorded.points)
+    predicted = predicted_error(rig, noise, recorded.raw, distance, options.matching)
     error = matches.distances_mm / distance - 1.0
-    edges = distance_bands(design)
-    bands = tuple(
-        _judge((float(low), float(high)), both_see & (distance >= low) & (distance < high), matches, error, predicted)
-        for low, high in pairwise(edges)
-    )
-    pair = panoramas(rig, raw)
+    pair = panoramas(rig, recorded.raw)
     return EndToEndCheck(
         configuration=design.configuration,
         scene=world.name,
-        texture=texture,
+        texture=options.texture,
         noise=noise,
-        bands=bands,
+        bands=judge_bands(design, matches, distance, both_see, predicted, error),
         rig=rig,
-        raw=raw,
+        raw=recorded.raw,
         upper=pair["upper"],
         lower=pair["lower"],
         matches=matches,
@@ -203,68 +150,25 @@ def check_design(
     )
 
 
-def definition_of_passing() -> str:
-    """What a check demands, in words."""
-    return (
-        f"passes if, in each of {BANDS} bands of distance with at least {FEWEST_PIXELS} pixels that both views see, of "
-        f"which there must be one: at least {100 * LEAST_TEXTURED:g} % of those pixels have texture; the median depth "
-        f"error is within {100 * LARGEST_BIAS:g} % of the distance or {LARGEST_BIAS_SIGMAS:g} of the predicted sigma, "
-        f"whichever is larger; the robust RMS depth error ({NORMAL_PER_MAD:g} MAD) is {LEAST_ERROR_RATIO:g} to "
-        f"{LARGEST_ERROR_RATIO:g} times the prediction, its noise measured on another scene, a ring of textured "
-        f"walls, by elevation, distance and local contrast; and at least {100 * LEAST_KEPT:g} % of the textured "
-        "pixels are kept"
-    )
+def record_both_scenes(rig: StereoRig, world: World, options: CheckOptions) -> Recording:
+    """Record the calibration scene and a world with the system as built, and trace what panorama pixels show."""
+    built, seed = options.built or rig.design, options.seed
+    worlds = (calibration_world(rig.design, seed=seed + 1), world)
+    raw_of_walls, raw = record(built, worlds, options.detector, options.samples, (seed + 1, seed))
+    points_of_walls, points = true_points(rig, built, worlds)
+    return Recording(world, raw_of_walls, points_of_walls, raw, points)
 
 
-def describe_check(check: EndToEndCheck) -> str:
-    """The check in lines: a row for each band, what was dropped and why, the definition of passing, the verdict."""
-    noise = check.noise.summary
-    lines = [
-        f"{check.configuration}, scene {check.scene}, {check.texture} texture",
-        f"noise of an image point, from the calibration scene: {noise['median']:.3f} px "
-        f"({noise['least']:.3f} to {noise['largest']:.3f} over elevations and distances)",
-        "",
-        "distance (mm)    pixels   kept   median error (bound)   robust RMS error   predicted   ratio",
-    ]
-    for band in check.bands:
-        low, high = band.distance_mm
-        numbers = (
-            f"{100 * band.kept:5.1f} %   {100 * band.bias:+8.3f} % ({100 * band.bias_bound:.2f} %)   "
-            f"{100 * band.error:14.3f} %   {100 * band.predicted:7.3f} %   {band.error_ratio:5.2f}"
-        )
-        words = f"FAILS: {', '.join(band.problems)}" if band.problems else "" if band.is_judged else "too few to judge"
-        lines.append(f"{low:6.4g} - {high:<6.4g} {band.pixels:8d}  {numbers}   {words}".rstrip())
-    counts = np.bincount(check.matches.outcomes[check.both_see], minlength=len(MatchOutcome))
-    dropped = [
-        f"{outcome.name.lower().replace('_', ' ')} {100 * counts[outcome] / max(1, counts.sum()):.1f} %"
-        for outcome in MatchOutcome
-        if outcome != MatchOutcome.KEPT and counts[outcome]
-    ]
-    lines += ["", f"dropped: {', '.join(dropped) or 'none'}", "", *wrap(definition_of_passing(), 110), ""]
-    lines.append("passed" if check.passed else "FAILED")
-    return "\n".join(lines)
+def predicted_error(
+    rig: StereoRig, noise: Noise, raw: Image, true_distance_mm: Array, options: MatchingOptions
+) -> Array:
+    """sigma_D / D (columns, rows) that calibrated noise causes at true distances, by the contrast of the raw image."""
+    return noise.at(true_distance_mm, contrast_in(rig, raw, options)) * error_per_pixel(rig, true_distance_mm)
 
 
-def summarise_check(check: EndToEndCheck) -> dict[str, Any]:
-    """The check's numbers in plain types, for JSON; None for a number that is not there."""
-    bands = [
-        {key: _number(value) if isinstance(value, float) else value for key, value in asdict(band).items()}
-        | {"bias_bound": _number(band.bias_bound), "judged": band.is_judged, "problems": list(band.problems)}
-        for band in check.bands
-    ]
-    return {
-        "configuration": check.configuration,
-        "scene": check.scene,
-        "texture": check.texture,
-        "noise_px": {name: _number(value) for name, value in check.noise.summary.items()},
-        "bands": bands,
-        "definition": definition_of_passing(),
-        "passed": check.passed,
-    }
-
-
-def _number(value: float) -> float | None:
-    return None if np.isnan(value) else value
+def seen_by_both(rig: StereoRig, world: World, points: Array) -> Mask:
+    """Which points (3, columns, rows) of the upper panorama lie in the working volume and are seen by both views."""
+    return _in_volume(rig.design, points) & _lower_sees(rig, world, points)
 
 
 def _in_volume(design: Design, points: Array) -> Mask:
@@ -290,19 +194,3 @@ def _lower_sees(rig: StereoRig, world: World, points: Array) -> Mask:
     clear = np.zeros(distance.shape, dtype=bool)
     clear[known] = reached > length * (1.0 - SAME_POINT)
     return np.asarray(imaged & clear)
-
-
-def _judge(distances: tuple[float, float], pixels: Mask, matches: Matches, error: Array, predicted: Array) -> Band:
-    textured = pixels & (matches.outcomes != MatchOutcome.NO_TEXTURE)
-    kept = textured & (matches.outcomes == MatchOutcome.KEPT)
-    count = int(textured.sum())
-    return Band(
-        distance_mm=distances,
-        pixels=int(pixels.sum()),
-        textured=count,
-        kept=float(kept.sum() / count) if count else np.nan,
-        bias=float(np.median(error[kept])) if kept.any() else np.nan,
-        error=robust_deviation(error[kept]),
-        error_ratio=robust_deviation(error[kept] / predicted[kept]),
-        predicted=float(np.median(predicted[pixels])) if pixels.any() else np.nan,
-    )

@@ -14,10 +14,11 @@ from typing import Literal
 import numpy as np
 from scipy.optimize import brentq
 
-from designer.evaluate.resolution import VIEW_NAMES
+from designer.design import VIEW_NAMES
+from designer.imaging.images import Image
 from designer.imaging.stereo.equalisation import ScaleFactors, build_equaliser
 from designer.imaging.stereo.matching import Matches, MatchingOptions, MatchOutcome, match
-from designer.imaging.stereo.panorama import AZIMUTH_PADDING, Image
+from designer.imaging.stereo.panorama import AZIMUTH_PADDING
 from designer.imaging.stereo.rig import StereoRig, sample
 
 Method = Literal["bilinear", "smoothed_alike", "equalised"]
@@ -47,12 +48,12 @@ class EqualisationComparison:
 
 
 def sampling_methods(equalised: StereoRig) -> dict[Method, StereoRig]:
-    """The sensor with plain bilinear sampling, with both views smoothed alike to the same noise gain, and as it is.
+    """The rig with plain bilinear sampling, with both views smoothed alike to the same noise gain, and as it is.
 
     Parameters
     ----------
     equalised
-        A sensor built with ``equalise=True``.
+        A rig built with ``equalise=True``.
     """
     control = _smoothed_alike(equalised, control_sigma_px(equalised))
     bilinear = replace(equalised, equalisers=None, sigma_px=None)
@@ -81,7 +82,7 @@ def noise_gain(rig: StereoRig) -> float:
 
 
 def control_sigma_px(equalised: StereoRig) -> float:
-    """The sigma (raw pixels) of one Gaussian for both views whose noise gain is that of an equalised sensor."""
+    """The sigma (raw pixels) of one Gaussian for both views whose noise gain is that of an equalised rig."""
     wanted = noise_gain(equalised)
 
     def excess(sigma: float) -> float:
@@ -91,7 +92,7 @@ def control_sigma_px(equalised: StereoRig) -> float:
 
 
 def _smoothed_alike(rig: StereoRig, sigma_px: float) -> StereoRig:
-    """The sensor with both views smoothed by one Gaussian of the raw image."""
+    """The rig with both views smoothed by one Gaussian of the raw image."""
     ones = np.ones(rig.grid.rows)
     factors = ScaleFactors(ones, ones)
     equalisers = {view: build_equaliser(rig.grid, rig.images[view], view, factors, sigma_px) for view in VIEW_NAMES}

@@ -14,10 +14,18 @@ import numpy as np
 
 from designer.design import Design
 from designer.files import write_atomically
-from designer.imaging.endtoend.check import EndToEndCheck, summarise_check
-from designer.imaging.files import write_arrays, write_image
+from designer.imaging.endtoend.check import EndToEndCheck
+from designer.imaging.endtoend.description import CheckSummary, summarise_check
+from designer.imaging.images import write_arrays, write_image
 
 VERDICT = "check.json"
+
+
+class CheckFile(CheckSummary):
+    """What ``check.json`` holds: the check's numbers, whose design it was, and what became of the pixels (shares)."""
+
+    design_sha256: str
+    outcomes: dict[str, float]
 
 
 def write_check(check: EndToEndCheck, folder: Path) -> None:
@@ -43,7 +51,8 @@ def write_check(check: EndToEndCheck, folder: Path) -> None:
             "elevation_lower_deg": np.degrees(np.arctan(grid.slope("lower", rows))),
         },
     )
-    verdict = summarise_check(check) | {
+    verdict: CheckFile = {
+        **summarise_check(check),
         "design_sha256": fingerprint(check.rig.design),
         "outcomes": check.matches.fractions,
     }

@@ -17,11 +17,12 @@ import numpy as np
 
 from designer.design import Design
 from designer.evaluate.depth import relative_depth_error, stereo_pair_of
+from designer.imaging.images import Image
 from designer.imaging.render.detector import Detector, expose
 from designer.imaging.render.raytracing import ray_directions, render_all
 from designer.imaging.render.scenes.world import Array, World, first_surfaces
 from designer.imaging.stereo.matching import ACCURATE_OPTIONS, MatchingOptions, contrast_of
-from designer.imaging.stereo.panorama import AZIMUTH_PADDING, Image
+from designer.imaging.stereo.panorama import AZIMUTH_PADDING
 from designer.imaging.stereo.rig import StereoRig, match_image, sample
 from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
 from designer.trace.instrument import build_instrument
@@ -73,7 +74,7 @@ def distance_bands(design: Design) -> Array:
 
 
 def calibrate_noise(rig: StereoRig, raw: Image, points: Array, options: MatchingOptions = ACCURATE_OPTIONS) -> Noise:
-    """Measure the noise of a sensor's matches in a raw image of the calibration scene.
+    """Measure the noise of a rig's matches in a raw image of the calibration scene.
 
     It is the robust standard deviation of the depth errors over what one pixel of noise would cause, in strips of
     elevation and distance; and of what is left, in classes of contrast. ``points`` (3, columns, rows) are what the

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from designer.design import Design
-from designer.evaluate.resolution import VIEW_NAMES, ViewName
+from designer.design import VIEW_NAMES, Design, ViewName
 from designer.imaging.render.camera_rays import angular_spacing, on_sensor, ray_directions, sample_places
 from designer.imaging.render.lens import Pupil, pupil_of
 from designer.imaging.render.scenes.shapes import Sphere

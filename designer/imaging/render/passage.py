@@ -17,8 +17,9 @@ from designer.design import Camera, Design
 from designer.imaging.render.camera_rays import Array, ray_directions
 from designer.imaging.render.lens import Pupil
 from designer.trace.aiming import widest_pinhole_angle
+from designer.trace.arrays import Indices
 from designer.trace.first_hit import Status, trace_first_hits
-from designer.trace.instrument import Indices, Instrument
+from designer.trace.instrument import Instrument
 from designer.trace.sequential import trace_sequential
 
 # Backs and edges of mirrors, barrel and body are black, but not without light.

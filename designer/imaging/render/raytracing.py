@@ -88,7 +88,8 @@ def render_all(
     Parameters
     ----------
     samples
-        Rays along each side of a pixel: ``samples`` squared rays for each pixel.
+        Rays along each side of a pixel: ``samples`` squared rays for each pixel. Through the whole aperture 3 leave
+        less noise than the shot noise of a full well of 10,000 electrons (``benchmarks/rendering.py``).
     aperture
         Start the rays all over the entrance pupil, instead of at the pinhole: real defocus and vignetting.
     seed

@@ -15,8 +15,9 @@ import numpy as np
 
 from designer.design import Design
 from designer.files import InputError
+from designer.imaging.images import Image
 from designer.imaging.stereo.matching import DEFAULT_OPTIONS, MatchingOptions, match
-from designer.imaging.stereo.panorama import AZIMUTH_PADDING, Image
+from designer.imaging.stereo.panorama import AZIMUTH_PADDING
 from designer.imaging.stereo.placement import Floats, ImagePlacement
 from designer.imaging.stereo.rig import StereoRig, build_rig, match_image, sample
 
@@ -43,7 +44,7 @@ def find_centre(
     reach_px
         How far from the given centre to look, in u and in v.
     distances_mm
-        Nearest and farthest distance to look for, as for the sensor.
+        Nearest and farthest distance to match, as for the rig.
 
     Raises
     ------

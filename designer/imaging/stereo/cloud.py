@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.design import Design
-from designer.imaging.stereo.panorama import Image
+from designer.imaging.images import Image
 from designer.imaging.stereo.placement import Floats
 from designer.imaging.stereo.reconstruction import PointCloud
 

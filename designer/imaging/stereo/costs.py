@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from designer.imaging.stereo.panorama import Image
+from designer.imaging.images import Image
 
 Costs = NDArray[np.uint16]
 Numbers = NDArray[np.uint8] | NDArray[np.uint16]

@@ -26,9 +26,10 @@ from scipy.fft import irfft, rfft
 from scipy.sparse import csr_array
 from scipy.special import ive
 
-from designer.evaluate.resolution import ViewName
+from designer.design import ViewName
 from designer.files import InputError
-from designer.imaging.stereo.panorama import AZIMUTH_PADDING, LARGEST_SIDE, Image, PanoramaGrid, imaged_rows
+from designer.imaging.images import Image
+from designer.imaging.stereo.panorama import AZIMUTH_PADDING, LARGEST_SIDE, PanoramaGrid, imaged_rows
 from designer.imaging.stereo.placement import Floats, ViewImage
 
 # A Gaussian of half a sample passes 0.7 percent of a pattern at the sampling rate itself.

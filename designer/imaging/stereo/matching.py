@@ -22,8 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.files import InputError
+from designer.imaging.images import Image
 from designer.imaging.stereo.costs import LARGEST_WINDOW, UNSEARCHED, equiangular_fit, least_sums, sums_beside
-from designer.imaging.stereo.panorama import AZIMUTH_PADDING, Image, PanoramaGrid
+from designer.imaging.stereo.panorama import AZIMUTH_PADDING, PanoramaGrid
 from designer.imaging.stereo.reconstruction import disparity_from_distance, distance_map
 from designer.imaging.stereo.refinement import refine
 

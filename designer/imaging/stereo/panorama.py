@@ -18,13 +18,12 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from designer.design import Design
-from designer.evaluate.resolution import VIEW_NAMES, ViewName
+from designer.design import VIEW_NAMES, Design, ViewName
 from designer.files import InputError
+from designer.imaging.images import Image
 from designer.imaging.stereo.placement import Floats, ImagePlacement, ViewImage, view_image
 
 Sampling = Literal["spherical", "cylindrical"]
-Image = NDArray[np.uint8]
 
 DEFAULT_COLUMNS = 1800
 # Half of the widest matching window, in columns.

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from designer.design import Camera, Design
-from designer.evaluate.resolution import ViewName
-from designer.optics.view import Sense, elevation_tangent, image_half_tangent, image_radius, image_radius_slope
+from designer.design import Camera, Design, Sense, ViewName
+from designer.optics.view import elevation_tangent, image_half_tangent, image_radius, image_radius_slope
 
 Floats = NDArray[np.float64]
 

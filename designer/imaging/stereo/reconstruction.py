@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from designer.design import Design
 from designer.evaluate.depth import noise_mm_of, point_covariance, stereo_pair_of
-from designer.imaging.stereo.panorama import Image, PanoramaGrid
+from designer.imaging.images import Image
+from designer.imaging.stereo.panorama import PanoramaGrid
 from designer.imaging.stereo.placement import Floats
 
 

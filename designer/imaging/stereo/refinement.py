@@ -15,7 +15,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from designer.imaging.stereo.panorama import AZIMUTH_PADDING, Image
+from designer.imaging.images import Image
+from designer.imaging.stereo.panorama import AZIMUTH_PADDING
 
 Map = NDArray[np.float32]
 

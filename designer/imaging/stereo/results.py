@@ -25,13 +25,15 @@ from numpy.typing import NDArray
 from designer import __version__
 from designer.design import Design
 from designer.files import write_atomically
-from designer.imaging.files import write_arrays, write_image, write_ply
+from designer.imaging.images import Image, write_arrays, write_image
 from designer.imaging.stereo.cloud import FloorPlan, floor_plan, heights_at_every_distance
 from designer.imaging.stereo.matching import ACCURATE_OPTIONS, Matcher, Matches, MatchOutcome
-from designer.imaging.stereo.panorama import DEFAULT_COLUMNS, Image, Sampling
+from designer.imaging.stereo.panorama import DEFAULT_COLUMNS, Sampling
 from designer.imaging.stereo.placement import ImagePlacement
-from designer.imaging.stereo.reconstruction import PointCloud, reconstruct
-from designer.imaging.stereo.rig import StereoRig, build_rig, match_image, panoramas
+from designer.imaging.stereo.ply import write_ply
+from designer.imaging.stereo.reconstruction import PointCloud
+from designer.imaging.stereo.rig import StereoRig, build_rig, match_image, panoramas, point_cloud
+from designer.notebook_html import html_table, percent
 
 SUMMARY = "summary.json"
 # Blue, green, red of each outcome in outcomes.png; kept pixels are white. Legible to the colour-blind.
@@ -49,7 +51,7 @@ OUTCOME_COLOURS = {
 
 @dataclass(frozen=True, slots=True)
 class StereoRequest:
-    """What was asked of one raw image; see :func:`designer.imaging.stereo.rig.build_rig` and the matching options."""
+    """How one raw image is processed; see :func:`designer.imaging.stereo.rig.build_rig` and the matching options."""
 
     placement: ImagePlacement | None = None
     sampling: Sampling = "spherical"
@@ -75,10 +77,19 @@ class StereoResult:
     cloud: PointCloud
     plan: FloorPlan
 
+    def _repr_html_(self) -> str:
+        dropped = {name: part for name, part in self.matches.fractions.items() if name != "kept" and part > 0}
+        rows = [
+            ("points", len(self.cloud.positions_mm)),
+            ("kept", percent(self.matches.fractions["kept"])),
+            *((name.replace("_", " "), percent(part)) for name, part in dropped.items()),
+        ]
+        return html_table(f"{self.rig.design.configuration}, reconstructed", ("", "of the panorama"), rows)
 
-def process(design: Design, raw: Image, request: StereoRequest) -> StereoResult:
-    """Take one raw image all the way to a point cloud and a floor plan."""
-    rig = build_rig(
+
+def rig_of_request(design: Design, request: StereoRequest) -> StereoRig:
+    """The rig that a request describes; it serves every image that is taken in the same way."""
+    return build_rig(
         design,
         sampling=request.sampling,
         columns=request.columns,
@@ -87,6 +98,10 @@ def process(design: Design, raw: Image, request: StereoRequest) -> StereoResult:
         distances_mm=request.distances_mm,
         equalise=request.equalise,
     )
+
+
+def process(rig: StereoRig, raw: Image, request: StereoRequest) -> StereoResult:
+    """Take one raw image all the way to a point cloud and a floor plan."""
     options = replace(
         ACCURATE_OPTIONS,
         matcher=request.matcher,
@@ -95,15 +110,14 @@ def process(design: Design, raw: Image, request: StereoRequest) -> StereoResult:
     )
     matches = match_image(rig, raw, options)
     pair = panoramas(rig, raw)
-    cloud = reconstruct(design, rig.grid, matches.disparities, pair["upper"], request.noise_px)
-    plan = floor_plan(cloud, request.slab_mm or heights_at_every_distance(design), rig.search.distances_mm[1])
+    # The points are coloured by the panorama that is written beside them.
+    cloud = point_cloud(rig, raw, matches, request.noise_px, colours=pair["upper"])
+    plan = floor_plan(cloud, request.slab_mm or heights_at_every_distance(rig.design), rig.search.distances_mm[1])
     return StereoResult(rig, pair["upper"], pair["lower"], matches, cloud, plan)
 
 
-def write_results(
-    result: StereoResult, request: StereoRequest, folder: Path, inputs: Mapping[str, Path]
-) -> dict[str, Any]:
-    """Write the folder of results and return its summary. ``inputs`` are the files that it was made from."""
+def write_results(result: StereoResult, request: StereoRequest, folder: Path, inputs: Mapping[str, Path]) -> None:
+    """Write the folder of results. ``inputs`` are the files that it was made from."""
     folder.mkdir(parents=True, exist_ok=True)
     # An earlier run's must not vouch for what this one leaves if it is interrupted.
     (folder / SUMMARY).unlink(missing_ok=True)
@@ -130,7 +144,6 @@ def write_results(
     )
     summary = _summary(result, request, inputs, unit_mm)
     write_atomically(folder / SUMMARY, json.dumps(summary, indent=2, allow_nan=False) + "\n")
-    return summary
 
 
 def disparity_picture(matches: Matches) -> Image:

@@ -1,4 +1,4 @@
-"""A finished design as a stereo sensor: tables built once, then raw images to panoramas, matches and points."""
+"""A design as a stereo rig: tables built once, then raw images to panoramas, matches and points."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from designer.design import Design
-from designer.evaluate.resolution import VIEW_NAMES, ViewName
+from designer.design import VIEW_NAMES, Design, ViewName
 from designer.files import InputError
+from designer.imaging.images import Image
 from designer.imaging.stereo.equalisation import (
     Equaliser,
     build_equaliser,
@@ -21,7 +21,6 @@ from designer.imaging.stereo.equalisation import (
 from designer.imaging.stereo.matching import DEFAULT_OPTIONS, Matches, MatchingOptions, SearchRange, match, search_range
 from designer.imaging.stereo.panorama import (
     DEFAULT_COLUMNS,
-    Image,
     LookUp,
     PanoramaGrid,
     Sampling,
@@ -101,7 +100,7 @@ def build_rig(
         )
     equalisers = None
     if equalise:
-        inner: ViewName = "upper" if design.views.upper.zone == "inner" else "lower"
+        inner = design.views.inner
         factors = factors_of_rows(grid, images, inner, reference_distance_mm or 2.0 / (1.0 / near + 1.0 / far))
         sigma_px = sigma_px or reference_sigma_px(grid, images, factors)
         equalisers = {view: build_equaliser(grid, images[view], view, factors[view], sigma_px) for view in VIEW_NAMES}
@@ -110,7 +109,7 @@ def build_rig(
 
 
 def sample(rig: StereoRig, raw: Image) -> dict[ViewName, Image]:
-    """Scan lines of both views of a grey or colour raw image, equalised if the sensor is built so."""
+    """Scan lines of both views of a grey or colour raw image, equalised if the rig is built so."""
     if rig.equalisers is None:
         return {view: scan_lines(raw, table) for view, table in rig.tables.items()}
     equalisers = rig.equalisers
@@ -139,7 +138,19 @@ def match_image(rig: StereoRig, raw: Image, options: MatchingOptions = DEFAULT_O
     return match(rig.grid, rig.search, lines["upper"], lines["lower"], rig.imaged, options)
 
 
-def point_cloud(rig: StereoRig, raw: Image, matches: Matches, noise_px: float | None = None) -> PointCloud:
-    """The point cloud of matches, coloured by the upper panorama of the raw image."""
-    colours = panorama_of(scan_lines(raw, rig.tables["upper"]))
+def point_cloud(
+    rig: StereoRig, raw: Image, matches: Matches, noise_px: float | None = None, colours: Image | None = None
+) -> PointCloud:
+    """The point cloud of matches, coloured by the upper panorama of the raw image.
+
+    Parameters
+    ----------
+    noise_px
+        Standard deviation of a coordinate in the raw image; the design's own by default.
+    colours
+        The upper panorama that colours the points, if there is one already, equalised or not. By default it is
+        sampled bilinearly, so that the points are as sharp as the raw image, whatever they were matched in.
+    """
+    if colours is None:
+        colours = panorama_of(scan_lines(raw, rig.tables["upper"]))
     return reconstruct(rig.design, rig.grid, matches.disparities, colours, noise_px)

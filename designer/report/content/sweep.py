@@ -10,6 +10,7 @@ import pandas as pd
 
 from designer.evaluate.depth import FIRST_ORDER_BOUND
 from designer.files import InputError, write_atomically
+from designer.goals import GOALS
 from designer.report.figures.style import report_style, svg_bytes
 from designer.report.figures.sweep import (
     NAMED_COLOURS,
@@ -23,7 +24,6 @@ from designer.report.figures.sweep import (
 from designer.report.typst.glyphs import ELLIPSIS, missing_characters, without_characters
 from designer.report.typst.markup import DASH, call, cells, literal, number, text
 from designer.report.typst.pdf import typeset
-from designer.requirement import Goal
 from designer.study.sweep.designs import sensitivities
 from designer.study.sweep.export import axis_columns, pareto, read_sweep_results, requirement_of, winners
 from designer.study.sweep.store import read_store
@@ -33,13 +33,6 @@ LISTED_WINNERS = 15
 # Multipliers are shown for so many winners, spread over the sweep.
 SENSITIVITIES_SHOWN = 10
 SMALLEST_SLOPE_SHOWN = 1e-4
-# In words, the unit in which a multiplier is shown, and that unit in the goal's own.
-SENSITIVITY_UNITS: dict[Goal, tuple[str, str, float]] = {
-    "depth_error": ("depth error", "parts per ten thousand (0.01 percentage points of relative depth error)", 1e4),
-    "height": ("height", "mm", 1.0),
-    "diameter": ("diameter", "mm", 1.0),
-    "volume": ("volume", "cm³", 1e-3),
-}
 FRONT_COLUMNS = ("depth_error_rms", "height_mm", "diameter_mm")
 
 
@@ -199,7 +192,7 @@ def _winners_table(best: pd.DataFrame, letters: dict[str, str]) -> str:
     ) + text("Medians over the requirements where each wins.")
 
 
-def sensitivity_section(folder: Path, best: pd.DataFrame, goal: Goal) -> str:
+def sensitivity_section(folder: Path, best: pd.DataFrame, goal: str) -> str:
     """What one more unit of each key does to the first objective of some winners."""
     chosen = best.iloc[np.unique(np.linspace(0, len(best) - 1, SENSITIVITIES_SHOWN).round().astype(int))]
     slopes = sensitivities(folder, list(zip(chosen["point"], chosen["configuration"], strict=True)))
@@ -209,7 +202,7 @@ def sensitivity_section(folder: Path, best: pd.DataFrame, goal: Goal) -> str:
     weight = slopes[keys].abs().mean().sort_values(ascending=False)
     keys = [str(key) for key in weight.index[:8]]
     axes = axis_columns(best)
-    objective, unit, factor = SENSITIVITY_UNITS[goal]
+    objective, unit, factor = GOALS[goal].label, GOALS[goal].multiplier_unit, GOALS[goal].multiplier_factor
     asked = {row["point"]: ", ".join(f"{row[axis]:.4g}" for axis in axes) for _, row in chosen.iterrows()}
     rows = [
         [

@@ -5,19 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
-from designer.configurations import Configuration, MirrorKind, enumerate_configurations
+from designer.configurations import Configuration, enumerate_configurations, with_article
+from designer.goals import GOALS
 from designer.report.content.requirement import objective_name
 from designer.report.content.tables import percent
 from designer.report.typst.markup import literal, number, plain_number, text, typographic
-from designer.requirement import GOAL_COLUMNS
 from designer.study.results import Row, StudyFolder
-
-_ADJECTIVE = {
-    MirrorKind.PLANE: "plane",
-    MirrorKind.HYPERBOLOID: "hyperboloidal",
-    MirrorKind.ELLIPSOID: "ellipsoidal",
-    MirrorKind.PARABOLOID: "paraboloidal",
-}
 
 
 def configuration_in_words(name: str) -> str:
@@ -28,8 +21,8 @@ def configuration_in_words(name: str) -> str:
 
 
 def _in_words(configuration: Configuration) -> str:
-    kinds = {role: _with_article(_ADJECTIVE[kind]) for role, kind in configuration.mirror_kinds.items()}
-    zone = "outer" if configuration.topology == "upper_outer" else "inner"
+    kinds = {role: with_article(kind.adjective) for role, kind in configuration.mirror_kinds.items()}
+    zone = configuration.zone_of("upper")
     if configuration.family == "direct":
         mirrors = f"{kinds['lower']} lower and {kinds['upper']} upper mirror, each seen directly"
         return f"{mirrors}; the upper view takes the {zone} zone of the image"
@@ -37,10 +30,6 @@ def _in_words(configuration: Configuration) -> str:
         f"{kinds['primary']} primary, folded by {kinds['secondary']} secondary, gives the lower view and "
         f"{kinds['direct']} direct mirror the upper one, which takes the {zone} zone of the image"
     )
-
-
-def _with_article(adjective: str) -> str:
-    return f"{'an' if adjective[0] in 'aeiou' else 'a'} {adjective}"
 
 
 def verdict(study: StudyFolder) -> str:
@@ -118,7 +107,7 @@ def _decided(study: StudyFolder) -> str:
     objective = study.requirement.get("objective", {})
     first, then = objective.get("minimise"), objective.get("then")
     within = float(objective.get("within_percent") or 0.0)
-    if first not in GOAL_COLUMNS:
+    if first not in GOALS:
         return ""
     values = [value for row in study.feasible if (value := _first_objective(row, str(first))) is not None]
     if len(values) < 2:
@@ -135,7 +124,7 @@ def _decided(study: StudyFolder) -> str:
 
 def _first_objective(row: Row, objective: str) -> float | None:
     """The value that the tolerance compares: that of the first stage where the study tells it."""
-    column = GOAL_COLUMNS[objective]
+    column = GOALS[objective].column
     staged = row.number(f"first_stage_{column}")
     return staged if staged is not None else row.number(column)
 

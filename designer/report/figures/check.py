@@ -16,7 +16,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
 from designer.design import Design
-from designer.imaging.endtoend.check import LARGEST_ERROR_RATIO, LEAST_ERROR_RATIO
+from designer.imaging.endtoend.bands import LARGEST_ERROR_RATIO, LEAST_ERROR_RATIO
 from designer.imaging.endtoend.noise import robust_deviation
 from designer.imaging.stereo.cloud import heights_at_every_distance
 from designer.report.figures.style import BLUE, INK, LIGHT_GREY, VERMILLION, length_unit, new_figure

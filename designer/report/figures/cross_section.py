@@ -9,10 +9,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from designer.design import Design, Mirror, View
-from designer.evaluate.fabrication import surface_of
+from designer.design import VIEW_NAMES, Design, Mirror, ViewName
+from designer.evaluate.fabrication import size_of
+from designer.report.figures.outline import (
+    SIDES,
+    body_box,
+    face,
+    face_height,
+    leaving_rays,
+    lens_box,
+    substrate,
+)
 from designer.report.figures.style import GREY, HALO, INK, LIGHT_GREY, VIEW_COLOUR, VIEW_LINE, new_figure
-from designer.trace.aiming import meridional_rays
 
 SCALES = (0.5, 0.75, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 20.0, 30.0, 50.0)
 """Reductions 1 : n in which drawings are made, the first that fits."""
@@ -20,6 +28,8 @@ SCALES = (0.5, 0.75, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0,
 SIDE_MM, TOP_MM, BOTTOM_MM = 12.0, 11.0, 2.0
 """Paper around the drawing, for the dimension lines."""
 
+RAYS = 5
+SAMPLES_OF_A_FACE = 120
 VIEWPOINT_MARKER = {"upper": "^", "lower": "v"}
 
 
@@ -52,8 +62,8 @@ def draw_cross_section(design: Design, width_mm: float, height_mm: float) -> Dra
 
     frame = _Frame(-half_width, half_width, low, high)
     axes.plot([0, 0], [low, high], color=GREY, linewidth=0.5, linestyle=(0, (8, 2, 1.5, 2)), zorder=1)
-    for name, side in (("upper", 1.0), ("lower", -1.0)):
-        _draw_rays(axes, design, name, side, frame)
+    for name in VIEW_NAMES:
+        _draw_rays(axes, design, name, frame)
     _draw_camera(axes, design, frame)
     for mirror in design.mirrors:
         _draw_mirror(axes, mirror)
@@ -87,32 +97,23 @@ class _Outline:
 
     @classmethod
     def of(cls, design: Design) -> _Outline:
-        camera = design.camera
-        levels = [level for mirror in design.mirrors for level in _extent(mirror)]
-        head_low, head_high = min(camera.lens_front_mm, *levels), max(levels)
-        viewpoints = [design.views.upper.viewpoint_mm, design.views.lower.viewpoint_mm]
-        barrel_end = camera.lens_seat_mm
-        low = min(0.0, head_low, *viewpoints, max(barrel_end, head_low - 0.2 * (head_high - head_low)))
+        size, seat = size_of(design), design.camera.lens_seat_mm
+        head_low, head_high = float(size.bottom), float(size.top)
+        viewpoints = [view.viewpoint_mm for view in design.views.by_name.values()]
+        low = min(0.0, head_low, *viewpoints, max(seat, head_low - 0.2 * (head_high - head_low)))
         high = max(head_high, *viewpoints)
-        half_width = max(max(mirror.outer_radius_mm for mirror in design.mirrors), 0.3 * (high - low))
+        half_width = max(float(size.radius), 0.3 * (high - low))
         return cls(half_width, low, high, head_low, head_high)
 
 
 def _room_for_rays(design: Design, outline: _Outline) -> tuple[float, float]:
     """Space under and over the system in which steep leaving rays can be followed, mm."""
-    views = (design.views.upper, design.views.lower)
+    views = design.views.by_name.values()
     lowest = min(view.elevation_deg[0] for view in views)
     highest = max(view.elevation_deg[1] for view in views)
     steepness = np.tan(np.radians([-lowest, highest]))
     below, above = np.clip(0.5 * outline.half_width * steepness, 0.05 * outline.height, 0.25 * outline.height)
     return float(below), float(above)
-
-
-def _extent(mirror: Mirror) -> tuple[float, float]:
-    radii = np.array([mirror.inner_radius_mm, mirror.outer_radius_mm])
-    heights = surface_of(mirror).height(radii)
-    back = heights + mirror.back_offset_mm
-    return float(min(heights.min(), back.min())), float(max(heights.max(), back.max()))
 
 
 def _backwards(mirror: Mirror) -> float:
@@ -124,25 +125,16 @@ def _scale(width: float, height: float, paper_width: float, paper_height: float)
     return next((scale for scale in SCALES if scale >= needed), needed)
 
 
-def _draw_rays(axes: Axes, design: Design, name: str, side: float, frame: _Frame) -> None:
-    view: View = getattr(design.views, name)
-    low, high = view.elevation_deg
-    elevations = np.linspace(low, high, 5)
+def _draw_rays(axes: Axes, design: Design, name: ViewName, frame: _Frame) -> None:
     length = 4.0 * (frame.right + frame.high - frame.low)
     colour, style = VIEW_COLOUR[name], VIEW_LINE[name]
-    for index, ray in enumerate(meridional_rays(design, name, elevations, length)):
-        path = np.array(ray, dtype=float)
-        if len(path) < 2:
-            continue
-        # Turned so that the ray leaves on this view's side of the drawing.
-        path[:, 0] *= side * (1.0 if path[-1, 0] >= 0 else -1.0)
-        path[-1] = _clip_to_frame(path[-2], path[-1], frame)
-        at_end = index in (0, len(elevations) - 1)
-        width = 1.0 if at_end else 0.45
+    viewpoint = design.views.by_name[name].viewpoint_mm
+    rays = leaving_rays(design, name, RAYS, length)
+    for index, ray in enumerate(rays):
+        path = np.vstack([ray[:-1], _clip_to_frame(ray[-2], ray[-1], frame)])
+        width = 1.0 if index in (0, len(rays) - 1) else 0.45
         axes.plot(path[:, 0], path[:, 1], color=colour, linestyle=style, linewidth=width, zorder=3)
-        axes.plot(
-            [path[-2, 0], 0.0], [path[-2, 1], view.viewpoint_mm], color=colour, linestyle=":", linewidth=0.5, zorder=2
-        )
+        axes.plot([path[-2, 0], 0.0], [path[-2, 1], viewpoint], color=colour, linestyle=":", linewidth=0.5, zorder=2)
 
 
 def _clip_to_frame(start: np.ndarray, end: np.ndarray, frame: _Frame) -> np.ndarray:
@@ -159,25 +151,21 @@ def _clip_to_frame(start: np.ndarray, end: np.ndarray, frame: _Frame) -> np.ndar
 
 def _draw_camera(axes: Axes, design: Design, frame: _Frame) -> None:
     camera = design.camera
-    barrel_low = camera.lens_seat_mm
     bottom = min(frame.low, camera.lens_front_mm)
-    barrel = ((camera.lens_radius_mm, max(barrel_low, bottom), camera.lens_front_mm), "#eeeeee")
-    boxes = [barrel]
-    if barrel_low > bottom:
-        boxes.append(((camera.body_radius_mm, bottom, barrel_low), "#dddddd"))
-    for (radius, low, high), colour in boxes:
-        corners = [(-radius, low), (-radius, high), (radius, high), (radius, low)]
+    boxes = [(lens_box(camera, bottom), "#eeeeee")]
+    if camera.lens_seat_mm > bottom:
+        boxes.append((body_box(camera, bottom), "#dddddd"))
+    for box, colour in boxes:
+        # Open at the bottom: the camera goes on below the drawing.
+        corners = box.outline[:-1]
         axes.add_patch(Polygon(corners, closed=False, facecolor=colour, edgecolor=GREY, linewidth=0.7, zorder=2.5))
 
 
 def _draw_mirror(axes: Axes, mirror: Mirror) -> None:
-    radii = np.linspace(mirror.inner_radius_mm, mirror.outer_radius_mm, 120)
-    face = surface_of(mirror).height(radii)
-    back = face + mirror.back_offset_mm
-    for side in (-1.0, 1.0):
-        outline = np.column_stack([np.r_[side * radii, side * radii[::-1]], np.r_[face, back[::-1]]])
-        axes.add_patch(Polygon(outline, facecolor=LIGHT_GREY, edgecolor=GREY, linewidth=0.4, zorder=4))
-        axes.plot(side * radii, face, color=INK, linewidth=1.7, solid_capstyle="butt", zorder=5)
+    for side in SIDES:
+        blank, front = substrate(mirror, SAMPLES_OF_A_FACE, side), face(mirror, SAMPLES_OF_A_FACE, side)
+        axes.add_patch(Polygon(blank[:-1], facecolor=LIGHT_GREY, edgecolor=GREY, linewidth=0.4, zorder=4))
+        axes.plot(front[:, 0], front[:, 1], color=INK, linewidth=1.7, solid_capstyle="butt", zorder=5)
 
 
 def _draw_balloons(axes: Axes, design: Design, scale: float) -> None:
@@ -187,7 +175,7 @@ def _draw_balloons(axes: Axes, design: Design, scale: float) -> None:
     taken: list[tuple[float, float]] = [(0.0, upper), (0.0, lower)]
     for number, mirror in enumerate(design.mirrors, start=1):
         radius = (mirror.inner_radius_mm + mirror.outer_radius_mm) / 2
-        back = float(surface_of(mirror).height(radius)) + mirror.back_offset_mm
+        back = face_height(mirror, radius) + mirror.back_offset_mm
         anchor = (-radius, back)
         candidates = [
             (anchor[0] + sideways * step, back + _backwards(mirror) * away * step)
@@ -218,8 +206,8 @@ def _draw_viewpoints(axes: Axes, design: Design, frame: _Frame, scale: float) ->
     label = axes.text(1.9 * scale, 0.0, "$O$", ha="left", va="top", fontsize=9.0, zorder=9)
     label.set_path_effects(HALO)
     margin = frame.right + 2.0 * scale
-    for name, symbol in (("upper", "$F_u$"), ("lower", "$F_l$")):
-        height, colour = getattr(design.views, name).viewpoint_mm, VIEW_COLOUR[name]
+    for name, view in design.views.by_name.items():
+        symbol, height, colour = f"$F_{name[0]}$", view.viewpoint_mm, VIEW_COLOUR[name]
         axes.plot([0.0], [height], marker=VIEWPOINT_MARKER[name], color=colour, markersize=5.0, zorder=8)
         axes.text(margin, height + 0.4 * scale, symbol, color=colour, ha="center", va="bottom", fontsize=9.0)
 
@@ -228,10 +216,10 @@ def _draw_dimensions(axes: Axes, design: Design, outline: _Outline, frame: _Fram
     gap = 4.0 * scale
     left, right, top = frame.left - gap, frame.right + gap, frame.high + gap
     widest = max(design.mirrors, key=lambda mirror: mirror.outer_radius_mm)
-    rim = float(surface_of(widest).height(widest.outer_radius_mm))
+    rim = face_height(widest, widest.outer_radius_mm)
     for height in (outline.head_low, outline.head_high):
         _extension(axes, (0.0, height), (left - 0.3 * gap, height))
-    for view in (design.views.upper, design.views.lower):
+    for view in design.views.by_name.values():
         _extension(axes, (0.0, view.viewpoint_mm), (right + 0.3 * gap, view.viewpoint_mm))
     for side in (-1.0, 1.0):
         radius = side * widest.outer_radius_mm

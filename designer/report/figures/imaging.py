@@ -9,12 +9,13 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 
-from designer.evaluate.resolution import VIEW_NAMES, ViewName
+from designer.design import VIEW_NAMES
 from designer.imaging.endtoend.equalisation_experiment import EqualisationComparison
+from designer.imaging.images import Image
 from designer.imaging.stereo.cloud import FloorPlan, view_of_cloud
 from designer.imaging.stereo.equalisation import factors_of_rows
 from designer.imaging.stereo.matching import Matches, MatchOutcome
-from designer.imaging.stereo.panorama import AZIMUTH_PADDING, Image, PanoramaGrid
+from designer.imaging.stereo.panorama import AZIMUTH_PADDING, PanoramaGrid
 from designer.imaging.stereo.reconstruction import PointCloud
 from designer.imaging.stereo.rig import StereoRig
 from designer.report.figures.equalisation import METHOD_NAMES
@@ -25,8 +26,8 @@ KERNELS_ENLARGED = 12.0
 
 
 def draw_raw(raw: Image, width_mm: float) -> Figure:
-    """Draw a raw image by itself (figure 8)."""
-    height, width = raw.shape
+    """Draw a raw image, grey or red, green and blue, by itself (figure 8)."""
+    height, width = raw.shape[:2]
     figure = new_figure(width_mm, width_mm * height / width)
     axes = figure.add_subplot()
     axes.imshow(raw, cmap="gray", vmin=0, vmax=255)
@@ -40,14 +41,14 @@ def draw_kernels(rig: StereoRig, raw: Image, width_mm: float) -> Figure:
     Raises
     ------
     ValueError
-        The sensor does not equalise.
+        The rig does not equalise.
     """
     if rig.sigma_px is None:
-        raise ValueError("the sensor samples bilinearly: there are no kernels to draw")
+        raise ValueError("the rig samples bilinearly: there are no kernels to draw")
     figure = draw_raw(raw, width_mm)
     (axes,) = figure.axes
     near, far = rig.design.working_volume.distance_mm
-    inner: ViewName = "upper" if rig.design.views.upper.zone == "inner" else "lower"
+    inner = rig.design.views.inner
     factors = factors_of_rows(rig.grid, rig.images, inner, 2.0 / (1.0 / near + 1.0 / far))
     for view in VIEW_NAMES:
         for row in np.linspace(0.12, 0.88, 3) * (rig.grid.rows - 1):

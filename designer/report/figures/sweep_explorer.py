@@ -13,12 +13,11 @@ import pandas as pd
 from numpy.typing import NDArray
 from plotly import graph_objects
 
-from designer.design import Design, Mirror
-from designer.evaluate.fabrication import surface_of
+from designer.design import Design
+from designer.report.figures.outline import SIDES, body_box, face, leaving_rays, lens_box, substrate
 from designer.report.figures.style import GREY, INK, LIGHT_GREY, VIEW_COLOUR
 from designer.report.figures.sweep import short
 from designer.study.sweep.export import axis_columns
-from designer.trace.aiming import meridional_rays
 
 Lines = NDArray[np.float64]
 """Polylines (n, 2) of signed distance from the axis and height, mm; a row of NaN stands between one and the next."""
@@ -78,50 +77,16 @@ def cross_section_lines(design: Design) -> dict[str, Lines]:
     The upper view's rays leave to the right, the lower view's to the left, over the elevations asked of them.
     """
     camera, span = design.camera, 6.0 * max(design.height_mm, design.diameter_mm)
-    barrel_end = camera.lens_seat_mm
-    barrel = (camera.lens_radius_mm, barrel_end, camera.lens_front_mm)
-    body = (camera.body_radius_mm, barrel_end - 0.5 * camera.lens_length_mm, barrel_end)
-    boxes = [
-        np.array([[-radius, low], [-radius, high], [radius, high], [radius, low], [-radius, low]])
-        for radius, low, high in (barrel, body)
-    ]
-    rays = {
-        name: [_leaving(ray, side) for ray in _rays(design, name, span) if len(ray)]
-        for name, side in (("upper", 1.0), ("lower", -1.0))
-    }
-    sides = (-1.0, 1.0)
+    boxes = (lens_box(camera), body_box(camera, camera.lens_seat_mm - 0.5 * camera.lens_length_mm))
+    both_sides = [(mirror, side) for mirror in design.mirrors for side in SIDES]
     return {
-        "camera": _joined(boxes),
-        "substrates": _joined(_substrate(mirror) * (side, 1.0) for mirror in design.mirrors for side in sides),
-        "upper": _joined(rays["upper"]),
-        "lower": _joined(rays["lower"]),
-        "faces": _joined(_face(mirror) * (side, 1.0) for mirror in design.mirrors for side in sides),
-        "viewpoints": np.array([[0.0, 0.0], *([0.0, view.viewpoint_mm] for _, view in design.views)]),
+        "camera": _joined(box.outline for box in boxes),
+        "substrates": _joined(substrate(mirror, SAMPLES_OF_A_FACE, side) for mirror, side in both_sides),
+        "upper": _joined(leaving_rays(design, "upper", RAYS, span)),
+        "lower": _joined(leaving_rays(design, "lower", RAYS, span)),
+        "faces": _joined(face(mirror, SAMPLES_OF_A_FACE, side) for mirror, side in both_sides),
+        "viewpoints": np.array([[0.0, 0.0], *([0.0, view.viewpoint_mm] for view in design.views.by_name.values())]),
     }
-
-
-def _rays(design: Design, name: str, length_mm: float) -> list[NDArray[np.float64]]:
-    low, high = getattr(design.views, name).elevation_deg
-    return meridional_rays(design, name, np.linspace(low, high, RAYS), length_mm)
-
-
-def _leaving(ray: NDArray[np.float64], side: float) -> Lines:
-    """The ray turned about the axis so that it leaves on a side, +1 for the right."""
-    towards = np.sign(ray[-1, 0]) or 1.0
-    turned: Lines = ray * (side * towards, 1.0)
-    return turned
-
-
-def _face(mirror: Mirror) -> Lines:
-    radii = np.linspace(mirror.inner_radius_mm, mirror.outer_radius_mm, SAMPLES_OF_A_FACE)
-    return np.column_stack([radii, surface_of(mirror).height(radii)])
-
-
-def _substrate(mirror: Mirror) -> Lines:
-    face = _face(mirror)
-    thickness = mirror.back_offset_mm
-    back = face + np.array([0.0, thickness])
-    return np.vstack([face, back[::-1], face[:1]])
 
 
 def _joined(lines: Iterable[Lines]) -> Lines:

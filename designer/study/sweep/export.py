@@ -11,7 +11,8 @@ from pathlib import Path
 import pandas as pd
 
 from designer.files import InputError, write_atomically
-from designer.requirement import GOAL_COLUMNS, Requirement, requirement_from_json
+from designer.goals import GOALS
+from designer.requirement import Requirement, requirement_from_json
 from designer.study.ranking import best_first
 from designer.study.sweep.definition import requirement_at
 from designer.study.sweep.store import FILE_NAME, RESULT_COLUMNS, read_store
@@ -91,7 +92,7 @@ def pareto(table: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
 
 def _ranks(frame: pd.DataFrame, base: Requirement, coordinates: dict[int, dict[str, float]]) -> pd.Series[int]:
     """Ranks as a study of each point gives them."""
-    first, second = f"first_stage_{GOAL_COLUMNS[base.objective.minimise]}", GOAL_COLUMNS[base.objective.then]
+    first, second = f"first_stage_{GOALS[base.objective.minimise].column}", GOALS[base.objective.then].column
     is_swept = any(key.startswith("objective.") for key in next(iter(coordinates.values())))
     ranks = pd.Series(pd.NA, index=frame.index, dtype="Int64", name="rank")
     feasible = frame[frame["status"] == "feasible"]

@@ -14,14 +14,14 @@ from typing import Any
 from designer.configurations import Configuration
 from designer.design import Design
 from designer.evaluate.depth import FIRST_ORDER_BOUND, noise_mm_of, stereo_pair_of, volume_of, worst_depth_error
-from designer.optimise.bounds import limit_of
+from designer.optimise.limit import limit_of
 from designer.optimise.search import SearchResult, WarmStart, search
-from designer.optimise.separating_directions import Separators
+from designer.optimise.separating_directions import SeparatingDirections
 from designer.requirement import Requirement
 from designer.study.record import record_of
 from designer.study.sweep.definition import requirement_at
 from designer.study.task import columns_of_shortfall, why_broken_down, why_rejected
-from designer.verify.verdict import judge
+from designer.verify.judge import judge
 
 # Configurations of one task: enough of them that a task outweighs what it costs to hand it out.
 CONFIGURATIONS_PER_TASK = 11
@@ -91,7 +91,7 @@ def _solve(
     except Exception as error:
         # Without trails the children start anew.
         return {"configuration": configuration.name, "status": "failed", "reason": why_broken_down(error)}, ()
-    return row, result.trails
+    return row, result.warm_starts
 
 
 def _scores(result: SearchResult, record: Design) -> dict[str, Any]:
@@ -122,9 +122,9 @@ def _scores(result: SearchResult, record: Design) -> dict[str, Any]:
 
 
 def _trail(item: dict[str, Any]) -> WarmStart:
-    known = {name: _separators(item[name]) for name in ("separators", "second_separators")}
+    known = {name: _directions(item[name]) for name in ("directions", "second_directions")}
     return WarmStart(**(item | known))
 
 
-def _separators(chosen: dict[str, list[int]] | None) -> Separators | None:
-    return None if chosen is None else Separators(tuple(chosen["legs"]), tuple(chosen["solids"]))
+def _directions(chosen: dict[str, list[int]] | None) -> SeparatingDirections | None:
+    return None if chosen is None else SeparatingDirections(tuple(chosen["legs"]), tuple(chosen["solids"]))

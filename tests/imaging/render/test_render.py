@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from designer.configurations import FOLDING_PAIRS
-from designer.design import Design
-from designer.evaluate.resolution import VIEW_NAMES, ViewName
+from designer.design import VIEW_NAMES, Design, ViewName
 from designer.imaging.render.detector import Detector, expose
 from designer.imaging.render.dots import Spot, render_dots, traced_spot
 from designer.imaging.render.raytracing import (

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from designer.imaging.files import write_ply
 from designer.imaging.stereo.cloud import floor_plan, view_of_cloud
 from designer.imaging.stereo.panorama import panorama_grid, view_images
 from designer.imaging.stereo.placement import ImagePlacement
+from designer.imaging.stereo.ply import write_ply
 from designer.imaging.stereo.reconstruction import (
     PointCloud,
     disparity_from_distance,
@@ -58,9 +58,14 @@ def test_disparity_and_distance_are_inverse(row, distance, sampling):
     grid = panorama_grid(prototype(), sampling)
     disparity = disparity_from_distance(grid, row, distance, 100.0)
     assert distance_from_disparity(grid, row, disparity, 100.0) == pytest.approx(distance, rel=1e-9)
-    if sampling == "cylindrical":
-        offset = (grid.top_lower - grid.top_upper) / grid.step
-        assert disparity + offset == pytest.approx(100.0 / distance / grid.step, rel=1e-9)
+
+
+@given(st.floats(0, 170), st.floats(200, 20000))
+def test_disparity_of_cylindrical_panoramas_is_inverse_to_distance_in_every_row(row, distance):
+    grid = panorama_grid(prototype(), "cylindrical")
+    offset = (grid.top_lower - grid.top_upper) / grid.step
+    disparity = disparity_from_distance(grid, row, distance, 100.0)
+    assert disparity + offset == pytest.approx(100.0 / distance / grid.step, rel=1e-9)
 
 
 @pytest.mark.parametrize("sampling", ["spherical", "cylindrical"])

@@ -1,38 +1,22 @@
-"""What the commands do, in a few Python calls: for notebooks and scripts.
-
-A study and a sweep are held as tables (pandas) with designs behind them; both show themselves in a notebook.
-
-Examples
---------
->>> from designer import api
->>> requirement = api.requirement("configs/indoor_robot.toml", envelope__height_mm=150)
->>> requirement.envelope.height_mm
-150.0
->>> len(api.configurations())
-44
-"""
+"""Studies and sweeps: from a requirement to tables and designs."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
+from designer.files import InputError
+from designer.notebook_html import html_table
 from designer.requirement import Requirement, read_requirement, set_key
 
 if TYPE_CHECKING:
     import pandas as pd
-    from numpy.typing import ArrayLike
 
     from designer.design import Design
-    from designer.imaging.endtoend.check import EndToEndCheck
-    from designer.imaging.stereo.reconstruction import PointCloud
     from designer.study.compare import StudyComparison
-    from designer.trace.sequential import SequentialTrace
-    from designer.verify.verdict import Verdict
 
-# A length off by so much moves the points of a ray by less than a nanometre.
-UNIT_WITHIN = 1e-9
+SHOWN_ROWS = 10
 SHOWN_COLUMNS = ["configuration", "status", "depth_error_rms", "limit_ratio", "baseline_mm", "height_mm", "diameter_mm"]
 
 
@@ -51,7 +35,7 @@ class StudyResult:
 
     def _repr_html_(self) -> str:
         title = f"{self.requirement.title}: {len(self.designs)} of {len(self.table)} configurations feasible"
-        return f"<p><b>{title}</b></p>{self.table[SHOWN_COLUMNS].head(10).to_html(index=False)}"
+        return _shown(title, self.table, SHOWN_COLUMNS)
 
 
 @dataclass(frozen=True)
@@ -62,9 +46,13 @@ class SweepResult:
     table: pd.DataFrame
     winners: pd.DataFrame
 
+    @property
+    def axes(self) -> list[str]:
+        """The columns of the table that say what was swept."""
+        return [name for name in map(str, self.table.columns) if name.startswith("asked.")]
+
     def design(self, point: int, configuration: str | None = None) -> Design:
         """The design of a configuration at a point, of the winner if none is named."""
-        from designer.files import InputError
         from designer.study.sweep.designs import design_at
 
         self._check_points([point])
@@ -93,7 +81,6 @@ class SweepResult:
         return sensitivities(self.folder, [(int(point), str(name)) for point, name in pairs])
 
     def _check_points(self, points: list[int]) -> None:
-        from designer.files import InputError
 
         for point in points:
             if not (self.table["point"] == point).any():
@@ -117,8 +104,6 @@ class SweepResult:
         """
         import numpy as np
 
-        from designer.files import InputError
-
         try:
             from designer.report.figures.sweep_explorer import draw_explorer
         except ModuleNotFoundError as error:
@@ -136,7 +121,7 @@ class SweepResult:
 
     def _repr_html_(self) -> str:
         title = f"{self.table['point'].nunique()} requirements, {len(self.winners)} with a feasible design"
-        return f"<p><b>{title}</b></p>{self.winners.head(10).to_html(index=False)}"
+        return _shown(title, self.winners, ["point", *self.axes, *(name for name in SHOWN_COLUMNS if name != "status")])
 
 
 def requirement(path: str | Path, **changes: object) -> Requirement:
@@ -204,77 +189,39 @@ def read_sweep_folder(folder: str | Path) -> SweepResult:
     return SweepResult(Path(folder), table, winners(table))
 
 
-def trace(design: Design) -> Verdict:
-    """The tracer's verdict on a design."""
-    from designer.verify.verdict import judge
-
-    return judge(design)
-
-
-def trace_rays(design: Design, view: Literal["upper", "lower"], directions: ArrayLike) -> SequentialTrace:
-    """Rays of one's own from the pinhole through the mirrors of a view: the points on each, and the exit directions.
-
-    Nothing blocks them but the mirrors' own apertures. With the extra ``compiled``, loops that are compiled at the
-    first call trace them, some forty million a second; without it NumPy does, half as fast.
-
-    Parameters
-    ----------
-    directions
-        Unit vectors (n, 3), frame of the pinhole.
-
-    Raises
-    ------
-    InputError
-        There is no such view, or these are not unit vectors.
-    """
-    from importlib.util import find_spec
-
-    import numpy as np
-
-    from designer.files import InputError
-    from designer.trace.instrument import build_instrument
-    from designer.trace.sequential import trace_sequential
-
-    if view not in {"upper", "lower"}:
-        raise InputError(f"view = {view!r}: must be upper or lower")
-    directions = np.asarray(directions, dtype=float)
-    if directions.ndim != 2 or directions.shape[1] != 3:
-        raise InputError(f"directions: must have shape (n, 3), not {directions.shape}")
-    if not np.allclose(np.linalg.norm(directions, axis=1), 1.0, rtol=0.0, atol=UNIT_WITHIN):
-        raise InputError("directions: must be unit vectors")
-    instrument = build_instrument(design)
-    path = instrument.path(getattr(design.views, view).path)
-    if find_spec("numba") is None:
-        return trace_sequential(instrument, path, directions)
-    from designer.trace.compiled import trace_many
-
-    return trace_many(instrument, path, directions)
-
-
-def check(design: Design, scene: str = "auto", seed: int = 0) -> EndToEndCheck:
-    """A design tried end to end: a scene rendered, turned into panoramas, matched, and held against the truth.
-
-    Parameters
-    ----------
-    scene
-        office, pipe, hall, sky or cylinder, auto (by the working volume), or the path of a mesh.
-    seed
-        Of textures and noise.
-    """
-    from designer.imaging.endtoend.check import check_design
-
-    return check_design(design, scene, seed=seed)
-
-
-def point_cloud(found: EndToEndCheck) -> PointCloud:
-    """The points that a check reconstructed, in the frame of the pinhole, each with its standard deviations."""
-    from designer.imaging.stereo.rig import point_cloud as cloud_of
-
-    return cloud_of(found.rig, found.raw, found.matches)
-
-
 def compare(first: str | Path, second: str | Path) -> StudyComparison:
     """Two folders of studies or sweeps side by side."""
     from designer.study.compare import compare as compare_folders
 
     return compare_folders(Path(first), Path(second))
+
+
+def multipliers(asked: Requirement, configuration: str) -> pd.Series[float]:
+    """What one more unit of each key is worth to one configuration, from the first stage's multipliers.
+
+    The derivative of the least first objective by each key, in its unit for each unit of the key.
+
+    Raises
+    ------
+    InputError
+        The requirement has no such configuration, nothing is feasible, or the optimum has no multipliers.
+    """
+    import pandas as pd
+
+    from designer.optimise.multipliers import first_stage_multipliers
+    from designer.optimise.search import search
+
+    named = [each for each in asked.configurations if each.name == configuration]
+    if not named:
+        raise InputError(f"{configuration}: is none of the configurations of this requirement")
+    first = search(asked, named[0]).first
+    slopes = None if first is None else first_stage_multipliers(asked, first)
+    if slopes is None:
+        raise InputError(f"{configuration}: has no optimum to take multipliers from")
+    return pd.Series(slopes, name=configuration)
+
+
+def _shown(title: str, table: pd.DataFrame, columns: list[str]) -> str:
+    rows = table[columns].head(SHOWN_ROWS).itertuples(index=False)
+    left = len(table) - SHOWN_ROWS
+    return html_table(title, columns, rows, f"and {left} more" if left > 0 else "")

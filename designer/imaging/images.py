@@ -1,4 +1,4 @@
-"""Raw images in; images, point clouds and arrays out. Every file is written whole or not at all."""
+"""Image files: raw images in; images and arrays out. Every file is written whole or not at all."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from designer.design import Camera
 from designer.files import InputError, write_atomically
-from designer.imaging.render.raytracing import GroundTruth
-from designer.imaging.stereo.panorama import Image
-from designer.imaging.stereo.reconstruction import PointCloud
+
+Image = NDArray[np.uint8]
+"""Grey (height, width), or colour (height, width, 3) in OpenCV's order: blue, green, red."""
 
 LARGEST_BYTES = 500_000_000
 
@@ -28,7 +28,7 @@ _TIFF_ORIENTATION = 274
 def read_raw_image(path: Path, camera: Camera) -> Image:
     """Read a raw image of a design's camera: grey (height, width) or colour (height, width, 3), 8 bits, OpenCV order.
 
-    Deeper images keep their upper 8 bits. Pixels stay where the sensor has them, whatever orientation the file notes: a
+    Deeper images keep their upper 8 bits. Pixels stay where the chip has them, whatever orientation the file notes: a
     camera that looks straight up notes an arbitrary one.
 
     Raises
@@ -47,7 +47,7 @@ def read_raw_image(path: Path, camera: Camera) -> Image:
     if _is_truncated(data):
         raise InputError(f"{path}: the image is truncated or damaged; copy it again")
     if _notes_another_orientation_as_tiff(data):
-        raise InputError(f"{path}: this TIFF asks to be turned; save it as the sensor has it (orientation 1)")
+        raise InputError(f"{path}: this TIFF asks to be rotated; save it as the camera recorded it (orientation 1)")
     as_recorded = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_IGNORE_ORIENTATION
     decoded = cv2.imdecode(np.frombuffer(data, np.uint8), as_recorded) if data else None
     if decoded is None:
@@ -69,52 +69,24 @@ def write_image(path: Path, image: Image | NDArray[np.uint16]) -> None:
         The file cannot be written there; so for the other writers here.
     """
     _, encoded = cv2.imencode(".png", image)
-    _write(path, encoded.tobytes())
+    write_file(path, encoded.tobytes())
 
 
 def write_arrays(path: Path, arrays: Mapping[str, NDArray[np.generic]]) -> None:
     """Write named arrays as a compressed ``.npz`` file."""
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, **arrays)
-    _write(path, buffer.getvalue())
+    write_file(path, buffer.getvalue())
 
 
-def write_truth(path: Path, truth: GroundTruth) -> None:
-    """Write a ground truth as .npz: ``view``, ``point_mm``, ``distance_mm`` and ``surface``, each of image shape."""
-    fields = ("view", "point_mm", "distance_mm", "surface")
-    write_arrays(path, {name: getattr(truth, name) for name in fields})
+def write_file(path: Path, content: bytes) -> None:
+    """Write bytes whole or not at all.
 
-
-def write_ply(path: Path, cloud: PointCloud) -> None:
-    """Write a point cloud as binary PLY: position (mm), colour and standard deviations (mm) of each point."""
-    floats = ["x", "y", "z", "sigma_distance_mm", "sigma_height_mm", "sigma_across_mm"]
-    vertex = np.empty(
-        len(cloud.positions_mm),
-        dtype=[(name, "<f4") for name in floats[:3]]
-        + [(name, "u1") for name in ("red", "green", "blue")]
-        + [(name, "<f4") for name in floats[3:]],
-    )
-    for axis, name in enumerate("xyz"):
-        vertex[name] = cloud.positions_mm[:, axis]
-    for channel, name in enumerate(("red", "green", "blue")):
-        vertex[name] = cloud.colours[:, channel]
-    for name in floats[3:]:
-        vertex[name] = getattr(cloud, name)
-    types = {"<f4": "float", "|u1": "uchar"}
-    names = vertex.dtype.names or ()
-    properties = [f"property {types[vertex.dtype[name].str]} {name}" for name in names]
-    header = [
-        "ply",
-        "format binary_little_endian 1.0",
-        "comment millimetres, origin at the camera's pinhole, z along the optical axis",
-        f"element vertex {len(vertex)}",
-        *properties,
-        "end_header",
-    ]
-    _write(path, "\n".join(header).encode("ascii") + b"\n" + vertex.tobytes())
-
-
-def _write(path: Path, content: bytes) -> None:
+    Raises
+    ------
+    InputError
+        The file cannot be written there.
+    """
     try:
         write_atomically(path, content)
     except OSError as error:

@@ -1,7 +1,6 @@
 """The stereo command: what it writes from a captured image, and how it refuses what it cannot use."""
 
 import json
-import struct
 from pathlib import Path
 
 import cv2
@@ -11,8 +10,6 @@ from click.testing import CliRunner, Result
 
 from designer.cli import cli
 from designer.design import write_design
-from designer.files import InputError
-from designer.imaging.files import read_raw_image
 from designer.imaging.stereo.placement import ImagePlacement
 from support.analytic_room import Waves, eccentric_wall, raw_image
 from support.imaging_designs import coarse_prototype
@@ -105,42 +102,6 @@ def refused(*words: object, out: Path) -> str:
     assert not out.exists()
     (line,) = result.stderr.splitlines()
     return line
-
-
-def exif(orientation: int) -> bytes:
-    """The least EXIF that notes an orientation (tag 274): a big-endian TIFF directory of one entry."""
-    return b"MM\0*" + struct.pack(">IHHHIHHI", 8, 1, 274, 3, 1, orientation, 0, 0)
-
-
-@pytest.mark.parametrize("orientation", [3, 6])
-def test_an_image_stays_as_the_sensor_has_it_whatever_orientation_it_notes(captured, tmp_path, orientation):
-    camera = coarse_prototype().camera
-    _, encoded = cv2.imencode(".jpg", cv2.imread(str(captured / "raw.png")))
-    plain = encoded.tobytes()
-    note = b"Exif\0\0" + exif(orientation)
-    (tmp_path / "plain.jpg").write_bytes(plain)
-    turned = plain[:2] + b"\xff\xe1" + struct.pack(">H", len(note) + 2) + note + plain[2:]
-    (tmp_path / "turned.jpg").write_bytes(turned)
-    # The bytes do ask for it: a reader that heeds them turns the image.
-    heeded = cv2.imread(str(tmp_path / "turned.jpg"))
-    assert heeded.shape != (600, 800, 3) or (heeded != cv2.imread(str(tmp_path / "plain.jpg"))).any()
-    read = [read_raw_image(tmp_path / f"{name}.jpg", camera) for name in ("plain", "turned")]
-    np.testing.assert_array_equal(*read)
-
-
-@pytest.mark.parametrize("orientation", [1, 3])
-def test_a_tiff_that_asks_to_be_turned_is_refused(tmp_path, orientation):
-    pixels = np.random.default_rng(4).integers(0, 255, (600, 800)).astype(np.uint8)
-    values = {256: 800, 257: 600, 258: 8, 259: 1, 262: 1, 273: 8 + 2 + 12 * 9 + 4, 274: orientation, 278: 600}
-    entries = b"".join(struct.pack("<HHII", tag, 4, 1, value) for tag, value in (values | {279: pixels.size}).items())
-    path = tmp_path / "raw.tiff"
-    path.write_bytes(b"II*\0" + struct.pack("<IH", 8, 9) + entries + bytes(4) + pixels.tobytes())
-    camera = coarse_prototype().camera
-    if orientation == 1:
-        np.testing.assert_array_equal(read_raw_image(path, camera), pixels)
-        return
-    with pytest.raises(InputError, match="asks to be turned"):
-        read_raw_image(path, camera)
 
 
 @pytest.mark.parametrize("kept", [0, 5, 40, 5000, -13, -1])

@@ -1,0 +1,158 @@
+"""One design: its file, its score, the tracer's verdict on it, and rays through it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from designer.files import InputError
+from designer.notebook_html import html_table, percent
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from designer.design import Design
+    from designer.trace.sequential import SequentialTrace
+    from designer.verify.verdict import Verdict
+
+# A length off by so much moves the points of a ray by less than a nanometre.
+UNIT_WITHIN = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evaluation:
+    """The score of a design and its notes.
+
+    Attributes
+    ----------
+    design
+        The design as its mirrors make it: that is what is scored.
+    contradictions
+        A sentence for each recorded number that the mirrors contradict.
+    score
+        Everything that ``designer evaluate --json`` prints under ``evaluation``, by the same names.
+    notes
+        Sentences to read before ordering mirrors.
+    """
+
+    design: Design
+    contradictions: tuple[str, ...]
+    score: Mapping[str, Any]
+    notes: tuple[str, ...]
+
+    @property
+    def depth_error_rms(self) -> float | None:
+        """sigma_D / D, rms over the working volume, to first order; None if infinite."""
+        return _number(self.score["depth_error_rms"])
+
+    @property
+    def depth_error_worst(self) -> float | None:
+        """The largest sigma_D / D in the working volume, to first order; None if infinite."""
+        return _number(self.score["depth_error_worst"])
+
+    @property
+    def limit_ratio(self) -> float | None:
+        """The depth error over the closed-form limit; None where there is no limit."""
+        return _number(self.score["limit_ratio"])
+
+    def _repr_html_(self) -> str:
+        rows = [
+            ("depth error, rms", percent(self.depth_error_rms)),
+            ("depth error, largest", percent(self.depth_error_worst)),
+            ("ratio to the limit", self.limit_ratio),
+            ("baseline (mm)", self.design.baseline_mm),
+            ("height (mm)", self.score["height_mm"]),
+            ("diameter (mm)", self.score["diameter_mm"]),
+            *(("contradicted", sentence) for sentence in self.contradictions),
+            *(("before ordering mirrors", sentence) for sentence in self.notes),
+        ]
+        return html_table(self.design.configuration, ("", ""), rows)
+
+
+def read_design(path: str | Path) -> Design:
+    """A design from its file (``designs/*.json``).
+
+    Raises
+    ------
+    InputError
+        The file cannot be read or is no design.
+    """
+    from designer.design import read_design as read
+
+    return read(Path(path))
+
+
+def write_design(path: str | Path, design: Design) -> None:
+    """Write a design's file."""
+    from designer.design import write_design as write
+
+    write(design, Path(path))
+
+
+def evaluate(design: Design) -> Evaluation:
+    """Score a design, also one typed in by hand; where its record contradicts its mirrors, the mirrors count.
+
+    Raises
+    ------
+    InputError
+        The design cannot be scored: its numbers describe no stereo pair.
+    """
+    from designer.evaluate.score import evaluate_design
+    from designer.verify.record import record_problems
+    from designer.verify.traced_views import as_traced
+
+    as_made, said = as_traced(design)
+    score = evaluate_design(as_made)
+    return Evaluation(as_made, (*said, *record_problems(as_made)), score, tuple(score["remarks"]))
+
+
+def _number(value: Any) -> float | None:
+    return None if value is None else float(value)
+
+
+def trace(design: Design) -> Verdict:
+    """The tracer's verdict on a design."""
+    from designer.verify.judge import judge
+
+    return judge(design)
+
+
+def trace_rays(design: Design, view: Literal["upper", "lower"], directions: ArrayLike) -> SequentialTrace:
+    """Rays of one's own from the pinhole through the mirrors of a view: the points on each, and the exit directions.
+
+    Nothing blocks them but the mirrors' own apertures. With the extra ``compiled``, loops that are compiled at the
+    first call trace them, some forty million a second; without it NumPy does, half as fast.
+
+    Parameters
+    ----------
+    directions
+        Unit vectors (n, 3), frame of the pinhole.
+
+    Raises
+    ------
+    InputError
+        There is no such view, or these are not unit vectors.
+    """
+    from importlib.util import find_spec
+
+    import numpy as np
+
+    from designer.trace.instrument import build_instrument
+    from designer.trace.sequential import trace_sequential
+
+    if view not in {"upper", "lower"}:
+        raise InputError(f"view = {view!r}: must be upper or lower")
+    directions = np.asarray(directions, dtype=float)
+    if directions.ndim != 2 or directions.shape[1] != 3:
+        raise InputError(f"directions: must have shape (n, 3), not {directions.shape}")
+    if not np.allclose(np.linalg.norm(directions, axis=1), 1.0, rtol=0.0, atol=UNIT_WITHIN):
+        raise InputError("directions: must be unit vectors")
+    instrument = build_instrument(design)
+    path = instrument.path(getattr(design.views, view).path)
+    if find_spec("numba") is None:
+        return trace_sequential(instrument, path, directions)
+    from designer.trace.compiled import trace_many
+
+    return trace_many(instrument, path, directions)

@@ -1,0 +1,137 @@
+"""What an end-to-end check says: in lines for the terminal, and as numbers for ``check.json``."""
+
+from __future__ import annotations
+
+from textwrap import wrap
+from typing import TypedDict
+
+import numpy as np
+
+from designer.imaging.endtoend.bands import (
+    LARGEST_BIAS,
+    LARGEST_BIAS_SIGMAS,
+    LARGEST_ERROR_RATIO,
+    LEAST_ERROR_RATIO,
+    LEAST_KEPT,
+    LEAST_TEXTURED,
+    Band,
+)
+from designer.imaging.endtoend.check import EndToEndCheck
+from designer.imaging.endtoend.noise import BANDS, FEWEST_PIXELS, NORMAL_PER_MAD
+from designer.imaging.stereo.matching import MatchOutcome
+
+
+class NoiseSummary(TypedDict):
+    """Noise of an image point in raw pixels over elevations and distances; None where nothing was measured."""
+
+    median: float | None
+    least: float | None
+    largest: float | None
+
+
+class BandSummary(TypedDict):
+    """A :class:`designer.imaging.endtoend.bands.Band` and its verdict; None for a number that does not exist."""
+
+    distance_mm: tuple[float, float]
+    pixels: int
+    textured: int
+    kept: float | None
+    bias: float | None
+    error: float | None
+    error_ratio: float | None
+    predicted: float | None
+    bias_bound: float | None
+    judged: bool
+    problems: list[str]
+
+
+class CheckSummary(TypedDict):
+    """The numbers of a check in JSON's own types."""
+
+    configuration: str
+    scene: str
+    texture: str
+    noise_px: NoiseSummary
+    bands: list[BandSummary]
+    definition: str
+    passed: bool
+
+
+def definition_of_passing() -> str:
+    """What a check demands, in words."""
+    return (
+        f"passes if, in each of {BANDS} bands of distance with at least {FEWEST_PIXELS} pixels that both views see, of "
+        f"which there must be one: at least {100 * LEAST_TEXTURED:g} % of those pixels have texture; the median depth "
+        f"error is within {100 * LARGEST_BIAS:g} % of the distance or {LARGEST_BIAS_SIGMAS:g} of the predicted sigma, "
+        f"whichever is larger; the robust RMS depth error ({NORMAL_PER_MAD:g} MAD) is {LEAST_ERROR_RATIO:g} to "
+        f"{LARGEST_ERROR_RATIO:g} times the prediction, its noise measured on another scene, a ring of textured "
+        f"walls, by elevation, distance and local contrast; and at least {100 * LEAST_KEPT:g} % of the textured "
+        "pixels are kept"
+    )
+
+
+def describe_check(check: EndToEndCheck) -> str:
+    """The check in lines: a row for each band, what was dropped and why, the definition of passing, the verdict."""
+    noise = check.noise.summary
+    lines = [
+        f"{check.configuration}, scene {check.scene}, {check.texture} texture",
+        f"noise of an image point, from the calibration scene: {noise['median']:.3f} px "
+        f"({noise['least']:.3f} to {noise['largest']:.3f} over elevations and distances)",
+        "",
+        "distance (mm)    pixels   kept   median error (bound)   robust RMS error   predicted   ratio",
+    ]
+    for band in check.bands:
+        low, high = band.distance_mm
+        numbers = (
+            f"{100 * band.kept:5.1f} %   {100 * band.bias:+8.3f} % ({100 * band.bias_bound:.2f} %)   "
+            f"{100 * band.error:14.3f} %   {100 * band.predicted:7.3f} %   {band.error_ratio:5.2f}"
+        )
+        words = f"FAILS: {', '.join(band.problems)}" if band.problems else "" if band.is_judged else "too few to judge"
+        lines.append(f"{low:6.4g} - {high:<6.4g} {band.pixels:8d}  {numbers}   {words}".rstrip())
+    counts = np.bincount(check.matches.outcomes[check.both_see], minlength=len(MatchOutcome))
+    dropped = [
+        f"{outcome.name.lower().replace('_', ' ')} {100 * counts[outcome] / max(1, counts.sum()):.1f} %"
+        for outcome in MatchOutcome
+        if outcome != MatchOutcome.KEPT and counts[outcome]
+    ]
+    lines += ["", f"dropped: {', '.join(dropped) or 'none'}", "", *wrap(definition_of_passing(), 110), ""]
+    lines.append("passed" if check.passed else "FAILED")
+    return "\n".join(lines)
+
+
+def summarise_check(check: EndToEndCheck) -> CheckSummary:
+    """The check's numbers in plain types, for JSON."""
+    noise = check.noise.summary
+    return {
+        "configuration": check.configuration,
+        "scene": check.scene,
+        "texture": check.texture,
+        "noise_px": {
+            "median": _number(noise["median"]),
+            "least": _number(noise["least"]),
+            "largest": _number(noise["largest"]),
+        },
+        "bands": [_summarise_band(band) for band in check.bands],
+        "definition": definition_of_passing(),
+        "passed": check.passed,
+    }
+
+
+def _summarise_band(band: Band) -> BandSummary:
+    return {
+        "distance_mm": band.distance_mm,
+        "pixels": band.pixels,
+        "textured": band.textured,
+        "kept": _number(band.kept),
+        "bias": _number(band.bias),
+        "error": _number(band.error),
+        "error_ratio": _number(band.error_ratio),
+        "predicted": _number(band.predicted),
+        "bias_bound": _number(band.bias_bound),
+        "judged": band.is_judged,
+        "problems": list(band.problems),
+    }
+
+
+def _number(value: float) -> float | None:
+    return None if np.isnan(value) else value

@@ -1,0 +1,45 @@
+"""The closed-form limit of :mod:`designer.evaluate.limit` for a variant and a requirement's numbers."""
+
+from __future__ import annotations
+
+from designer.evaluate.depth import Volume
+from designer.evaluate.limit import ImageBounds, arrangement_of, depth_error_limit, limit_gains
+from designer.optics.backend import Scalar
+from designer.optimise.specification import Specification
+from designer.optimise.variants import Variant
+
+
+def limiting_gains(
+    variant: Variant, specification: Specification, baseline: Scalar, principal_distance: Scalar
+) -> dict[str, Scalar]:
+    """The closed-form largest |gain| of each view at one baseline and principal distance, mm."""
+    configuration = variant.configuration
+    lower, upper = limit_gains(
+        arrangement_of(configuration.family, configuration.topology),
+        volume_of(specification),
+        baseline,
+        principal_distance,
+        ImageBounds(specification.image_radius, specification.zone_gap),
+    )
+    return {"lower": lower, "upper": upper}
+
+
+def limit_of(variant: Variant, specification: Specification, baseline: Scalar, principal_distance: Scalar) -> Scalar:
+    """The closed-form least depth error at one baseline and principal distance, mm."""
+    configuration = variant.configuration
+    return depth_error_limit(
+        arrangement_of(configuration.family, configuration.topology),
+        volume_of(specification),
+        baseline,
+        principal_distance,
+        ImageBounds(specification.image_radius, specification.zone_gap),
+        specification.noise,
+    )
+
+
+def volume_of(specification: Specification) -> Volume:
+    """The working volume of a requirement's numbers."""
+    return Volume(
+        (specification.elevation_low, specification.elevation_high),
+        (specification.distance_near, specification.distance_far),
+    )

@@ -1,0 +1,119 @@
+"""One variant under one requirement and lens, and what its designs keep or fail: evaluated in NumPy, solver or not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from designer.optics.clearance import pair_up, separations
+from designer.optimise.constraints import Constraint, constraints_of
+from designer.optimise.specification import Specification
+from designer.optimise.system import System, enclosure, put_together
+from designer.optimise.variables import VariableBounds, physical_values, scaled_values
+from designer.optimise.variants import Variant
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One variant of a configuration under one requirement and lens: all that the optimiser needs to know.
+
+    ``fixed`` are parameters that must have a given value, by names such as ``primary.radius_mm``.
+    """
+
+    variant: Variant
+    specification: Specification
+    bounds: VariableBounds
+    fixed: tuple[tuple[str, float], ...]
+
+    def physical(self, scaled: Array) -> dict[str, Array]:
+        """Physical variables of designs in the unit box; ``scaled`` has shape (variables, ...)."""
+        return physical_values(self.variant, self.bounds, scaled)
+
+    def scaled(self, values: Mapping[str, Array]) -> Array:
+        """Inverse of :meth:`physical`."""
+        return scaled_values(self.bounds, values)
+
+    def constraints(self, system: System) -> tuple[Constraint, ...]:
+        """Every constraint but the clearances."""
+        return constraints_of(system, dict(self.fixed))
+
+    def enclosed(self, values: dict[str, Array]) -> tuple[dict[str, Array], System]:
+        """The designs put together, with top, bottom and radius set to what their mirrors need."""
+        tight = values | enclosure(self.variant, values, self.specification)
+        return tight, put_together(self.variant, tight, self.specification)
+
+
+@dataclass(frozen=True, slots=True)
+class Evaluation:
+    """What designs keep and fail, by NumPy alone; arrays of shape (..., n) for n designs.
+
+    ``amounts`` are what constraints have to spare in their own ``units``, negative where they fail; ``violations`` are
+    the scaled amounts by which they fail, zero if kept. Both follow ``names``: constraints, then pairs of leg and
+    solid, then pairs of solids. ``light`` and ``bodies`` hold the separations along every direction, shape
+    (directions, pairs, n).
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    amounts: Array
+    violations: Array
+    light: Array
+    bodies: Array
+
+    @property
+    def largest_violations(self) -> Array:
+        """Largest scaled violation of each design."""
+        return np.asarray(self.violations.max(axis=0))
+
+    def of_design(self, index: int) -> Evaluation:
+        """The evaluation of one design: arrays of shape (..., 1)."""
+        one = slice(index, index + 1)
+        return replace(
+            self,
+            amounts=self.amounts[..., one],
+            violations=self.violations[..., one],
+            light=self.light[..., one],
+            bodies=self.bodies[..., one],
+        )
+
+    @property
+    def clearances(self) -> Array:
+        """Separation of every pair along its best direction, mm."""
+        return np.concatenate([self.light.max(axis=0), self.bodies.max(axis=0)])
+
+
+def evaluate(problem: Problem, system: System) -> Evaluation:
+    """Evaluate every constraint and every clearance of designs, none left to the solver's word."""
+    pairs = pair_up(system.layout)
+    light, bodies = separations(system.layout, pairs)
+    constraints = problem.constraints(system)
+    scalar = violations_of(constraints)
+    spare = np.concatenate([light.max(axis=0), bodies.max(axis=0)]) - problem.specification.clearance
+    shape = np.broadcast_shapes(scalar.shape[1:], spare.shape[1:])
+    violations = np.concatenate(
+        [np.broadcast_to(scalar, (len(scalar), *shape)), np.broadcast_to(np.maximum(-spare, 0.0), (len(spare), *shape))]
+    )
+    amounts = [np.broadcast_to(np.asarray(item.value, dtype=float), shape) for item in constraints]
+    return Evaluation(
+        tuple(item.name for item in constraints) + pairs.names,
+        tuple(item.unit for item in constraints) + ("mm",) * len(pairs.names),
+        np.concatenate([np.stack(amounts), np.broadcast_to(spare, (len(spare), *shape))]),
+        np.where(np.isfinite(violations), violations, np.inf),
+        light,
+        bodies,
+    )
+
+
+def violations_of(constraints: tuple[Constraint, ...]) -> Array:
+    """Scaled violation of each constraint, shape (constraints, ...)."""
+    rows = []
+    for constraint in constraints:
+        value = np.asarray(constraint.value, dtype=float) / constraint.scale
+        violation = np.abs(value) if constraint.equality else np.maximum(-value, 0.0)
+        rows.append(np.where(np.isfinite(violation), violation, np.inf))
+    return np.stack(np.broadcast_arrays(*rows))

@@ -1,0 +1,45 @@
+"""The verdict as text for a terminal."""
+
+from __future__ import annotations
+
+from designer.verify.intervals import in_degrees
+from designer.verify.verdict import Blockage, Verdict, ViewVerdict
+
+
+def describe(verdict: Verdict) -> str:
+    """The verdict as plain text, several lines: both views, the image from its centre outwards, the problems."""
+    lines = [
+        f"{verdict.configuration}: {'passed' if verdict.passed else 'NOT passed'}",
+        f"baseline {verdict.baseline_mm:.3f} mm",
+    ]
+    for name, view in verdict.views.items():
+        lines += _view_lines(name, view)
+    lines += ["image, by angle from the axis at the pinhole:"]
+    lines += [
+        f"  {in_degrees(zone.psi_deg)}: {', '.join(zone.stations)}{' (blocked)' if zone.is_blocked else ''}"
+        for zone in verdict.image
+    ]
+    lines += ["problems:", *(f"  {problem}" for problem in verdict.problems)] if verdict.problems else []
+    return "\n".join(lines)
+
+
+def _view_lines(name: str, view: ViewVerdict) -> list[str]:
+    aperture = "nothing" if view.aperture_elevation_deg is None else in_degrees(view.aperture_elevation_deg)
+    seen = ", ".join(in_degrees(run) for run in view.seen_elevation_deg) or "nothing"
+    zone = "not in the image" if view.zone_psi_deg is None else in_degrees(view.zone_psi_deg) + " at the pinhole"
+    lines = [
+        f"{name} view: pinhole to {', '.join(view.path)}, world",
+        f"  asked      {in_degrees(view.asked_elevation_deg)}",
+        f"  apertures  {aperture}",
+        f"  seen       {seen}",
+        f"  zone       {zone}",
+        f"  viewpoint  missed by at most {view.svp_residual_mm:.2g} mm, gain law by {view.gain_residual:.2g}",
+    ]
+    if view.clearance_at:
+        lines.append(f"  clearance  {view.clearance_mm:.3f} mm ({view.clearance_at})")
+    return lines + [_blockage_line(blockage) for blockage in view.blockages]
+
+
+def _blockage_line(blockage: Blockage) -> str:
+    where = f"  blocked    {in_degrees(blockage.elevation_deg)} by {blockage.element}, {blockage.leg}"
+    return where if blockage.is_asked else f"{where} (not asked for)"
