@@ -149,7 +149,7 @@ def test_sixteen_rays_blur_a_texture_as_hundreds_do_with_less_noise_than_the_det
     assert np.std((few - exact)[seen]) < 0.01
 
 
-@pytest.mark.parametrize("samples", [4, 6])
+@pytest.mark.parametrize("samples", [4, pytest.param(6, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("f_number", "focus"), [(2.0, 100.0), (4.0, 60.0)])
 def test_a_points_image_is_as_wide_as_the_blur_of_a_thin_lens(samples: int, f_number: float, focus: float) -> None:
     """Blur diameter p f |1/u - 1/z_V|, with z_V the depth of the point's mirror image behind a plane mirror."""
