@@ -1,18 +1,20 @@
 """Predicted noise of matched image points against what rendered images give: ``python -m benchmarks.noise``.
 
 Designs of every family, focused where their blur is least, look through their lenses at the calibration scene at
-several f-numbers and in two lights. The images are matched, and the noise is measured in strips of elevation and
-bands of distance and compared with the closed form (:mod:`designer.evaluate.noise`). Writes one row for each cell and
-one for each image under ``benchmarks/results/``; ``--from`` compares cells measured before with the present formula.
+several f-numbers and in two lights. The images are matched, and the noise is measured in cells, strips of elevation by
+bands of distance, and compared with the closed form (:mod:`designer.evaluate.noise`). Writes one row for each image
+to ``benchmarks/results/noise.csv`` and what they say together to ``noise.txt``. ``--images`` keeps rendered images,
+and uses those that are there; ``--cells`` compares cells measured before with the present formula.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pandas as pd
@@ -24,7 +26,6 @@ from designer.evaluate.noise import (
     Exposure,
     ImagePoint,
     Light,
-    Texture,
     equalising_sigma_px,
     matching_noise,
     rich_texture,
@@ -45,8 +46,13 @@ from designer.imaging.render.scenes.world import World, first_surfaces, radiance
 from designer.imaging.stereo.matching import ACCURATE_OPTIONS, MatchingOptions, MatchOutcome
 from designer.imaging.stereo.panorama import panorama_grid, view_images
 from designer.imaging.stereo.rig import StereoRig, build_rig, match_image
-from designer.optics.focus import chief_ray, lens_of_camera, light_path_of_design
-from designer.optics.focus import reciprocal_along_ray, reciprocal_image_depth
+from designer.optics.focus import (
+    chief_ray,
+    lens_of_camera,
+    light_path_of_design,
+    reciprocal_along_ray,
+    reciprocal_image_depth,
+)
 from designer.trace.first_hit import Status, trace_first_hits
 from designer.trace.instrument import build_instrument
 
@@ -54,9 +60,11 @@ Floats = NDArray[np.float64]
 
 DESIGNS = Path(__file__).parent / "noise_designs.json"
 RESULTS = Path(__file__).parent / "results"
-F_NUMBERS = (2.8, 5.6, 11.0, 4.0, 8.0)
+F_NUMBERS = (2.8, 4.0, 5.6, 8.0, 11.0)
+# Cells of which fewer pixels have a match say what the matcher keeps rather than what it measures.
+LEAST_KEPT = 0.6
 # Electrons of white at f/5.6, with a read noise of 8.
-LIGHTS = {"bright": 10_000.0, "dim": 500.0}
+LIGHTS = {"bright": 20_000.0, "dim": 4_000.0}
 LIGHT_F_NUMBER, READ_NOISE = 5.6, 8.0
 MATCHERS = {
     "sad": ACCURATE_OPTIONS,
@@ -64,6 +72,8 @@ MATCHERS = {
 }
 # Pixels twice as coarse render four times as fast.
 COARSENESS = 2
+FEWEST_CELLS = 4
+KEYS = ["design", "index", "f_number", "light", "matcher"]
 RAYS_PER_PIXEL = 16
 PIXELS_PER_BLOCK = 4096
 GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
@@ -180,39 +190,27 @@ def cells(
                 }
 
 
-def measure(names: list[int], f_numbers: tuple[float, ...], out: Path) -> pd.DataFrame:
-    """All cells of all images; written after every image, so that a run can be cut off."""
-    records = json.loads(DESIGNS.read_text(encoding="utf-8"))
+def measure(f_numbers: Sequence[float], images: Path) -> pd.DataFrame:
+    """All cells of all images."""
     rows: list[dict[str, object]] = []
-    sharp: dict[int, tuple[Design, World, StereoRig, Floats]] = {}
-    for f_number in f_numbers:
-        for index in names:
-            record = records[index]
-            if index not in sharp:
-                design = best_focused(coarse(Design.model_validate(record), COARSENESS))
-                near, far = design.working_volume.distance_mm
-                rig = build_rig(design, distances_mm=(0.8 * near, 2.5 * far), equalise=True)
-                world = calibration_world(design, seed=1)
-                sharp[index] = (design, world, rig, true_points(rig, design, [world])[0])
-            design, world, rig, points = sharp[index]
-            image = render_through_lens(with_camera(design, f_number=f_number), world)
+    for index, record in enumerate(json.loads(DESIGNS.read_text(encoding="utf-8"))):
+        design = best_focused(coarse(Design.model_validate(record), COARSENESS))
+        near, far = design.working_volume.distance_mm
+        rig = build_rig(design, distances_mm=(0.8 * near, 2.5 * far), equalise=True)
+        world = calibration_world(design, seed=1)
+        points = true_points(rig, design, [world])[0]
+        for f_number in f_numbers:
+            kept = images / f"{index}_{f_number:g}.npy"
+            if not kept.exists():
+                np.save(kept, render_through_lens(with_camera(design, f_number=f_number), world))
             for light, electrons in LIGHTS.items():
                 detector = Detector(electrons * (LIGHT_F_NUMBER / f_number) ** 2, READ_NOISE)
-                raw = np.asarray(expose(image, detector, seed=index), dtype=np.uint8)
+                raw = np.asarray(expose(np.load(kept), detector, seed=index), dtype=np.uint8)
                 for matcher, options in MATCHERS.items():
-                    given = {
-                        "design": f"{record['requirement']}:{record['configuration']}",
-                        "index": index,
-                        "f_number": f_number,
-                        "light": light,
-                        "matcher": matcher,
-                    }
-                    found = [given | cell for cell in cells(rig, raw, points, options)]
-                    rows += found
-                    values = [cell["measured_px"] for cell in found]
-                    middle = float(np.nanmedian(values)) if np.isfinite(values).any() else np.nan
-                    print(*given.values(), f"{middle:.3f} px", flush=True)
-            pd.DataFrame(rows).to_csv(out, index=False, float_format="%.5g")
+                    name = f"{record['requirement']}:{record['configuration']}"
+                    given = {"design": name, "index": index, "f_number": f_number, "light": light, "matcher": matcher}
+                    rows += [given | cell for cell in cells(rig, raw, points, options)]
+            print(name, f_number, flush=True)
     return pd.DataFrame(rows)
 
 
@@ -263,3 +261,73 @@ def predict(measured: pd.DataFrame) -> pd.DataFrame:
         angles = {f"angle_{n}_deg": np.degrees(np.abs(points[n].defocus / points[n].radius_slope)) for n in VIEW_NAMES}
         parts.append(part.assign(predicted_px=equal, **blurs, **angles))
     return pd.concat(parts)
+
+
+def summarise(cell: pd.DataFrame) -> pd.DataFrame:
+    """One row for each image and matcher: medians over the cells that keep enough, and over all for the best stop."""
+    rows = []
+    for (design, index, f_number, light, matcher), part in cell.groupby(KEYS):
+        judged = part[part["kept"] >= LEAST_KEPT]
+        ratio = judged["predicted_px"] / judged["measured_px"]
+        everywhere = part["measured_px"].where(part["kept"] >= LEAST_KEPT, np.inf)
+        rows.append(
+            {"design": design, "index": index, "f_number": f_number, "light": light, "matcher": matcher}
+            | {"cells": len(part), "judged": len(judged), "kept": part["kept"].median()}
+            | {name: judged[name].median() for name in ("measured_px", "predicted_px")}
+            | {"ratio": ratio.median(), "ratio_10": ratio.quantile(0.1), "ratio_90": ratio.quantile(0.9)}
+            | {"everywhere_measured_px": everywhere.median(), "everywhere_predicted_px": part["predicted_px"].median()}
+            | {name: part[name].median() for name in ("angle_upper_deg", "angle_lower_deg")}
+        )
+    return pd.DataFrame(rows)
+
+
+def verdict(table: pd.DataFrame) -> str:
+    """What the images say together."""
+    lines = []
+    judged = table[table["judged"] >= FEWEST_CELLS]
+    for matcher, of_matcher in judged.groupby("matcher"):
+        lines.append(f"{matcher}: predicted over measured noise, median of each image's cells; 10 to 90 % of images")
+        groups = {"all": of_matcher}
+        groups |= {f"f/{f:g}": part for f, part in of_matcher.groupby("f_number")}
+        groups |= {f"{light} light": part for light, part in of_matcher.groupby("light")}
+        for name, part in groups.items():
+            low, middle, high = part["ratio"].quantile([0.1, 0.5, 0.9])
+            near = float((np.abs(np.log(part["ratio"])) <= np.log(1.2)).mean())
+            count = f"{len(part)} images of {part['index'].nunique()} designs"
+            lines.append(
+                f"  {name:12s} {middle:5.2f} ({low:.2f} to {high:.2f}), {100 * near:3.0f} % within 20 %, {count}"
+            )
+        within, counted = 0, 0
+        for _, part in table[table["matcher"] == matcher].groupby(["index", "light"]):
+            measured, predicted = part["everywhere_measured_px"], part["everywhere_predicted_px"]
+            if np.isfinite(measured).sum() >= 2:
+                stops = part["f_number"].loc[[measured.idxmin(), predicted.idxmin()]].to_numpy()
+                within += abs(2.0 * np.log2(stops[1] / stops[0])) <= 1.1
+                counted += 1
+        lines.append(f"  best f-number within one stop: {within} of {counted} (design and light)")
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Measure or read cells, compare, write."""
+    parser = argparse.ArgumentParser(description="Predicted noise of matched points against rendered images.")
+    parser.add_argument("--images", type=Path, help="folder that keeps rendered images")
+    parser.add_argument("--cells", type=Path, help="CSV of cells: read if it is there, else written")
+    parser.add_argument("--f-numbers", type=float, nargs="+", default=F_NUMBERS)
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    asked = parser.parse_args()
+    if asked.cells and asked.cells.exists():
+        measured = pd.read_csv(asked.cells)
+    else:
+        with TemporaryDirectory() as temporary:
+            measured = measure(asked.f_numbers, asked.images or Path(temporary))
+        if asked.cells:
+            measured.to_csv(asked.cells, index=False, float_format="%.6g")
+    table = summarise(predict(measured))
+    table.to_csv(asked.out / "noise.csv", index=False, float_format="%.4g")
+    (asked.out / "noise.txt").write_text(verdict(table), encoding="utf-8")
+    print(verdict(table), end="")
+
+
+if __name__ == "__main__":
+    main()

@@ -30,12 +30,14 @@ sigma_n^2 / sum of g^2; smoothed noise leaves the bound where it was but least s
 
 *Aliasing.* What the pixels of a sharp image fold down is noise that no light takes away. To low wave numbers they
 fold what lies about 2 pi / pixel, where the square pixel passes little: in pixels its spectral density is
-1.08 C^2 q^2 / (16 pi^5), 1.08 summing the higher orders, less exp(-(2 pi)^2 S^2) for the lens's blur. It is the floor
-of well-lit, well-focused images, and vanishes with a pixel of defocus.
+1.08 C^2 q^2 / (16 pi^5), 1.08 summing the higher orders. Through the lens's blur of variance b in pixels, and with A
+for that of all that is seen and smoothed, the sum over wave numbers shrinks by about exp(-4 pi^2 b A / (A + b)), by
+Laplace's method. It is the floor of well-lit, well-focused images, and vanishes within two pixels of defocus.
 
 *Unequal blur.* Two views that are not equally sharp see windows whose edges differ. By parts, the integral of
 g (I_upper - I_lower) over the window leaves only terms at its edges: a standard deviation of 0.32 times the difference
-of the variances along the meridian over the side of the window, and 0.5 times that across it (by simulation).
+of the variances along the meridian over the side of the window, and 0.5 times that across it (by simulation), more
+where the matcher weighs the window unevenly.
 
 *Unequal scale.* Near by, the two views see a surface at different slants, so a window of one is shorter in the other by
 (1 + m_upper^2) / (1 + m_lower^2): the square windows that find the surface lose their grip, and the noise of what they
@@ -65,7 +67,7 @@ PIXEL_VARIANCE = 1.0 / 12.0
 ALIASING_DENSITY = 1.08 / (16.0 * np.pi**5)
 ALIASING_BEYOND = 1.9
 # Error from unequal blur, over the difference of variances per side of the window (see the tests).
-EDGE_ALONG, EDGE_ACROSS = 0.83, 0.96
+EDGE_ALONG, EDGE_ACROSS = 0.32, 0.5
 # Half-width of the rounded corner of the smooth maximum, relative.
 _ROUNDING = 0.05
 
@@ -96,21 +98,25 @@ class Light:
 
 @dataclass(frozen=True, slots=True)
 class Matching:
-    """How a matcher works: side of its window in panorama pixels, columns of the panorama, and what it makes of it.
+    """How a matcher works, and what it makes of its windows, as ``benchmarks/noise.py`` measures it.
 
-    ``efficiency`` is the variance that least squares would have over that measured, and ``slant_loss`` what a window
-    that is shorter in one view than in the other adds to the standard deviation, per row of difference.
+    ``window`` is the side of its window in panorama pixels, ``columns`` the width of the panorama. ``efficiency`` is
+    the variance of plain least squares over that measured. ``edge_loss`` multiplies the error from unequal blur,
+    and ``slant_loss`` is what each row by which the window is shorter in one view than in the other adds to the
+    standard deviation, relative. ``floor`` in rows is what is left without noise, aliasing and unequal blur.
     """
 
     window: int = 9
     columns: int = 1800
-    efficiency: float = 1.0
-    slant_loss: float = 0.9
-    floor: float = 0.057
+    efficiency: float = 0.78
+    edge_loss: float = 2.6
+    slant_loss: float = 0.87
+    floor: float = 0.05
 
 
 Matcher = Literal["sad", "semi_global"]
-MATCHING: dict[Matcher, Matching] = {"sad": Matching(), "semi_global": Matching()}
+# Both as refined by windows that follow the surface. Semi-global matching differs in what it keeps, hardly in noise.
+MATCHING: dict[Matcher, Matching] = {"sad": Matching(), "semi_global": Matching(efficiency=0.81)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,7 +241,7 @@ def matching_noise(
     excess = matching.slant_loss * matching.window * (stretch[0] - stretch[1])
     loss = (1.0 + excess * excess / (stretch[0] * stretch[1])) / matching.efficiency
     scale = loss / (area * signal * signal)
-    edge = _edge_variance(along, across, matching.window * row, matching.window * column)
+    edge = matching.edge_loss**2 * _edge_variance(along, across, matching.window * row, matching.window * column)
     floor = (matching.floor * row) ** 2
     noises = []
     for scale_along, scale_across, smoothing, blur in zip(

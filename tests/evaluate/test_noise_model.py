@@ -25,6 +25,7 @@ from designer.evaluate.noise import (
     texture_gradient_energy,
 )
 from designer.imaging.render.textures import make_texture
+from designer.optics.view import image_radius, image_radius_slope
 
 DISTANCE = 2000.0
 TEXTURE = rich_texture(5000.0)
@@ -118,7 +119,7 @@ def test_least_squares_reaches_the_bound_of_cramer_and_rao(blur: float) -> None:
 def test_aliasing_disturbs_as_much_as_pixels_that_fold(blur_px: float) -> None:
     """Two sensors whose grids lie a quarter of a pixel apart, panoramas two rows to a pixel, no noise at all."""
     random = np.random.default_rng(5)
-    fine, rows, sigma, side = 8, 2, 0.6, 2048
+    fine, rows, sigma, side = 8, 2, 0.6, 1024
     q = 2.0 * np.pi * np.fft.fftfreq(side) * fine
     qx, qy = np.meshgrid(q, q)
     spectrum = np.fft.fft2(scale_free_field(random, side))
@@ -137,11 +138,30 @@ def test_aliasing_disturbs_as_much_as_pixels_that_fold(blur_px: float) -> None:
     texture = Texture(np.sqrt(np.log(2.0)), 1e-6, 100.0)
     row = 1.0 / rows
     seen = 1.0 / 12.0 + sigma**2 + blur_px**2
-    template, smoothed = seen + row**2 / 3.0, seen + row**2 / 3.0 + sigma**2
     signal = texture_gradient_energy(texture, np.sqrt(seen + row**2 / 6.0), np.sqrt(seen))
-    aliased = noise._aliasing(texture, 1.0, blur_px**2, smoothed, template - row**2 / 3.0 + sigma**2)
+    aliased = noise._aliasing(texture, 1.0, blur_px**2, seen + row**2 / 3.0 + sigma**2, seen + sigma**2)
     predicted = np.sqrt(2.0 * aliased / (81.0 * row**2 * signal**2))
     assert predicted == pytest.approx(error_px, rel=0.3)
+
+
+@pytest.mark.parametrize(("along", "across"), [(0.6, 0.0), (0.0, 0.6), (0.6, 0.6)])
+def test_unequal_blur_disturbs_a_window_by_its_edges(along: float, across: float) -> None:
+    """Two views of one scene, without noise, whose blurs differ in variance by so much of their mean."""
+    random, side, mean = np.random.default_rng(2), 1024, 1.44
+    q = 2.0 * np.pi * np.fft.fftfreq(side)
+    qx, qy = np.meshgrid(q, q)
+    spectrum = np.fft.fft2(scale_free_field(random, side))
+    upper, lower = (
+        np.fft.ifft2(
+            spectrum * np.exp(-(qx**2 * mean * (1 + half * along) + qy**2 * mean * (1 + half * across)) / 2)
+        ).real
+        for half in (-0.5, 0.5)
+    )
+    gradient = np.gradient((upper + lower) / 2.0, axis=1)
+    found = uniform_filter(gradient * (lower - upper), 9, mode="wrap") / uniform_filter(gradient**2, 9, mode="wrap")
+    deviation = 1.4826 * np.median(np.abs(found[::5, ::5]))
+    variance = noise._edge_variance([0.0, along * mean], [0.0, across * mean], 9.0, 9.0)
+    assert np.sqrt(variance) == pytest.approx(deviation, rel=0.15)
 
 
 def test_more_light_is_less_noise_and_more_blur_is_more() -> None:
@@ -212,8 +232,6 @@ def test_depth_error_is_the_error_of_the_matched_height_over_the_baseline() -> N
     principal_distance, gain = 8.0, 0.5
     for sense in ("direct", "folded"):
         slope = 0.1
-        from designer.optics.view import image_radius, image_radius_slope
-
         radius = image_radius(slope, gain, principal_distance, sense)
         radius_slope = image_radius_slope(slope, gain, principal_distance, sense)
         point = ImagePoint(slope, radius, radius_slope, 0.01)
