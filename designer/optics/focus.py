@@ -299,4 +299,4 @@ def _half_tangents(mirrors: tuple[FocusingMirror, ...], at_pinhole: Scalar, at_v
 
 def _vertex_distance_and_ratio(conic: FocalConic) -> tuple[Scalar, Scalar]:
     """Vertex distance v from the focus, and the ratio mu of the half-angle tangents at the two foci."""
-    return conic.vertex_distance, conic.inverse_gain
+    return conic.vertex_distance, conic.tangent_ratio
