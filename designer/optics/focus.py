@@ -1,9 +1,10 @@
 """Where the lens must focus, and how wide the light of a scene point is: first order about a chief ray.
 
 A chief ray passes through both foci of every mirror that it meets, and there a conic has the same power in the
-tangential and in the sagittal plane, 2 / (R_t cos i) = 2 cos i / R_s: narrow pencils stay free of astigmatism at
-every elevation. One chain of heights h and slopes theta about the chief ray therefore says everything. World inwards,
-with the scene point at distance L from the viewpoint and rho_F the distance from the viewpoint to the last mirror:
+tangential and in the sagittal plane, 2 / (R_t cos i) = 2 cos i / R_s (Coddington's equations): narrow pencils stay free
+of astigmatism at every elevation. One chain of heights h and slopes theta about the chief ray therefore says
+everything. World inwards, with the scene point at distance L from the viewpoint and rho_F the distance from the
+viewpoint to the last mirror:
 
     at the last mirror   h = 1 - rho_F / L,   theta = 1 / L
     at a mirror          theta -= P h
@@ -11,7 +12,7 @@ with the scene point at distance L from the viewpoint and rho_F the distance fro
     at the pinhole       1 / V = theta / h,   1 / z_V = (1 / V) / cos(psi)
 
 V is the distance of the virtual image from the pinhole along the chief ray, z_V its depth along the axis. All
-distances enter as reciprocals: V and L may be infinite (docs/theory.md, the lens).
+distances enter as reciprocals: V and L may be infinite.
 
 Every function takes floats, NumPy arrays or CasADi symbols; lengths in mm, angles in radians, reciprocals in 1/mm.
 """
@@ -146,8 +147,8 @@ def mirror_power(vertex_distance: Scalar, tangent_ratio: Scalar, half_tangent: S
     """Power in 1/mm of a conic along a chief ray through its foci, the same tangentially and sagittally.
 
     P = 1 / rho_A - 1 / rho_B = (1 - mu) (1 - mu t^2)^2 / (v (1 + t^2) (1 + mu^2 t^2)): positive for a concave mirror,
-    zero for a plane (mu = 1), finite for a paraboloid (mu = 0). Written from the focus on the mirror's pinhole side;
-    from its world side the sign is the opposite.
+    zero for a plane (mu = 1), finite for a paraboloid (mu = 0). This is the sign of a mirror that faces down; one that
+    faces up has the opposite, whichever of its foci v counts from.
     """
     squared = half_tangent * half_tangent
     reach = 1.0 - tangent_ratio * squared
@@ -162,11 +163,14 @@ def chief_ray(path: LightPath, slope: Scalar) -> ChiefRay:
     tangents = _half_tangents(path.mirrors, at_pinhole, at_viewpoint)
     points: list[Point] = []
     powers: list[Scalar] = []
-    for mirror, tangent in zip(path.mirrors, tangents, strict=True):
+    for place, (mirror, tangent) in enumerate(zip(path.mirrors, tangents, strict=True)):
+        # Mirrors face down and up in turn. Light that goes down at a focus has its angle counted from -z.
+        faces_down = place % 2 == 0
+        goes_up = faces_down != mirror.from_world
         vertex_distance, ratio = _vertex_distance_and_ratio(mirror.conic)
-        points.append(mirror.conic.point(tangent))
+        points.append(mirror.conic.point(tangent if goes_up else -tangent))
         power = mirror_power(vertex_distance, ratio, tangent)
-        powers.append(-power if mirror.from_world else power)
+        powers.append(power if faces_down else -power)
 
     squared = at_pinhole * at_pinhole
     directions: list[Point] = [(2.0 * at_pinhole / (1.0 + squared), (1.0 - squared) / (1.0 + squared))]
@@ -248,6 +252,11 @@ def light_path_of_design(design: Design, view_name: str) -> LightPath:
 
     Vertices and curvatures come from the mirrors, the foci from the pinhole and the recorded viewpoint: for a design
     that is not confocal this says what a confocal one with the same curvatures would do.
+
+    Raises
+    ------
+    ValueError
+        The view has more than two mirrors, whose foci no record holds.
     """
     view = getattr(design.views, view_name)
     if len(view.path) > 2:

@@ -31,7 +31,8 @@ class ViewLight:
     """The light of one view through the full pupil, at elevations (n) and distances from the axis (k).
 
     ``arrives`` (n, k) is the share of the light of a scene point that meets the mirrors of the path, each first, and
-    leaves; ``stopped_by`` (n, k) what takes most of the rest ("" if all arrives). ``blur_px`` (n, k) is the diameter
+    leaves; ``stopped_by`` (n, k) what stands in the way of most of the rest, or the mirror that it misses ("" if all
+    arrives). ``blur_px`` (n, k) is the diameter
     of the evenly lit disc with the root-mean-square radius of the traced spot; NaN if a ray finds no way.
     ``elevations_deg`` begin with the lowest and end with the highest that the view must see.
 
