@@ -22,11 +22,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
-from designer.design import Camera, Design
+from designer.design import Camera, Design, Sense
 from designer.optics.backend import Scalar, absolute, sqrt
 from designer.optics.conic import FocalConic
 from designer.optics.layout import OpticalPath, Point
-from designer.optics.view import Sense, half_angle_tangent, image_radius_slope
+from designer.optics.view import half_angle_tangent, image_radius_slope
 
 
 @dataclass(frozen=True, slots=True)

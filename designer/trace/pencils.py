@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 
 from designer.design import Design
 from designer.trace.aiming import pinhole_angles, widest_pinhole_angle
+from designer.trace.arrays import Array
 from designer.trace.bundles import pinhole_directions
-from designer.trace.conics import Array
 from designer.trace.instrument import Instrument, build_instrument
 from designer.trace.sequential import trace_sequential
 

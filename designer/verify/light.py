@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.design import Design
-from designer.trace.conics import Array
+from designer.trace.arrays import Array
 from designer.trace.first_hit import PathReport, Status, compare_with_path, trace_first_hits
 from designer.trace.instrument import Instrument, build_instrument
 from designer.trace.pencils import DISC_RMS_PER_DIAMETER, Bundles, pupil_places, trace_bundles
