@@ -1,0 +1,293 @@
+"""How precisely a point can be matched: texture, blur, light and window in closed form (docs/theory.md, the lens).
+
+A match compares a window of the panorama in two views. What fixes it along the meridian is the energy of the
+texture's gradient there after all blur; what disturbs it is the noise of the pixels, and blur that differs between
+the views. Both views' blurs are measured where they meet, in mm on the surface: along the meridian (a) and across it
+(b), as standard deviations. A surface parallel to the axis at the horizontal distance D is taken, so that one radian
+of elevation is D (1 + m^2) along it and one of azimuth D.
+
+*Texture.* Relative contrast, equal in every octave between a coarsest and a finest wavelength, without preferred
+direction in space: its spectral density on a surface at the wave number q is C^2 / (2 pi q^2), C^2 = (contrast of an
+octave)^2 / log 2. Through a Gaussian
+
+    E[g^2] = C^2 / (2 a (a + b))        C^2 / (4 s^2) where a = b = s
+
+An evenly lit disc of diameter d leaves exactly what a Gaussian of its variance d^2 / 16 leaves, since the integral of
+J1(x)^2 / x is 1/2. The ideal lens's diffraction leaves what a Gaussian of 0.470 lambda N leaves. Where the texture
+ends, E[g^2] = C^2 / (4 s^2) (A(k_coarsest^2 s^2) - A(k_finest^2 s^2)) with s^2 = a (a + b) / 2 and
+A(y) = F(sqrt y) / sqrt y, F being Dawson's integral: the mean of exp(-y sin^2) over all directions.
+
+*Light.* In units of the surface's own signal, a pixel of n electrons has the variance 1 / n + (read noise / n)^2
++ quantisation; n falls with the square of the f-number.
+
+*Window.* Least squares over a window of area W, on panoramas that equalisation has smoothed (h), finds the shift with
+
+    sigma_z^2 = sum over the views of (v P E[g^2; S^2 + h^2] + v' P' E[g^2; S^2]) / (W E[g^2; S^2]^2)
+
+where v is the variance of a raw pixel and P its area on the surface, v' and P' the panorama's own rounding and pixel,
+and E[g^2; S^2] the gradient's energy after all blur S. For white noise, h = 0, this is Cramer and Rao's bound
+sigma_n^2 / sum of g^2; smoothed noise leaves the bound where it was but least squares a little above it.
+
+*Aliasing.* What the pixels of a sharp image fold down is noise that no light takes away. To low wave numbers they
+fold what lies about 2 pi / pixel, where the square pixel passes little: in pixels its spectral density is
+1.08 C^2 q^2 / (16 pi^5), 1.08 summing the higher orders. Through the lens's blur of variance b in pixels, and with A
+for that of all that is seen and smoothed, the sum over wave numbers shrinks by about exp(-4 pi^2 b A / (A + b)), by
+Laplace's method. It is the floor of well-lit, well-focused images, and vanishes within two pixels of defocus.
+
+*Unequal blur.* Two views that are not equally sharp see windows whose edges differ. By parts, the integral of
+g (I_upper - I_lower) over the window leaves only terms at its edges: a standard deviation of 0.32 times the difference
+of the variances along the meridian over the side of the window, and 0.5 times that across it (by simulation), more
+where the matcher weighs the window unevenly.
+
+*Unequal scale.* Near by, the two views see a surface at different slants, so a window of one is shorter in the other by
+(1 + m_upper^2) / (1 + m_lower^2): the square windows that find the surface lose their grip, and the noise of what they
+find grows with window times that excess.
+
+Every function takes floats, NumPy arrays or CasADi symbols; lengths in mm on the sensor or on the surface.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from designer.optics.backend import Scalar, exp, sqrt
+
+# Contrast of an octave in rendered scenes, with wavelengths as shares of their extent: eight octaves of 0.3 together,
+# squeezed into -1 to 1 (see the tests).
+RICH_CONTRAST_PER_OCTAVE = 0.0984
+FINEST_WAVELENGTH, COARSEST_WAVELENGTH = 0.2 / 2.0**8, 0.2
+# Gradient energy through a perfect round lens equals that through a Gaussian of this times lambda N (see the tests).
+DIFFRACTION_SIGMA = 0.4695
+# An area of one square pixel, evenly sensitive.
+PIXEL_VARIANCE = 1.0 / 12.0
+# Density of aliasing at low wave numbers in pixels, over C^2 q^2, and what higher wave numbers add to its effect.
+ALIASING_DENSITY = 1.08 / (16.0 * np.pi**5)
+ALIASING_BEYOND = 1.9
+# Error from unequal blur, over the difference of variances per side of the window (see the tests).
+EDGE_ALONG, EDGE_ACROSS = 0.32, 0.5
+# Half-width of the rounded corner of the smooth maximum, relative.
+_ROUNDING = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class Texture:
+    """What surfaces show: rms contrast of each octave relative to their tone, between two wavelengths in mm."""
+
+    contrast_per_octave: Scalar
+    finest_mm: Scalar
+    coarsest_mm: Scalar
+
+
+@dataclass(frozen=True, slots=True)
+class Light:
+    """What a pixel collects.
+
+    ``electrons_of_white`` arrive from radiance 1, which fills the scale, at ``f_number``; other f-numbers collect as
+    1 / N^2. ``tone`` is the radiance of a typical surface and ``grey_levels`` the largest number of the scale.
+    """
+
+    electrons_of_white: Scalar
+    f_number: float
+    read_noise_electrons: float
+    tone: float = 0.33
+    grey_levels: float = 255.0
+
+
+@dataclass(frozen=True, slots=True)
+class Matching:
+    """How a matcher works, and what it makes of its windows, as ``benchmarks/noise.py`` measures it.
+
+    ``window`` is the side of its window in panorama pixels, ``columns`` the width of the panorama. ``efficiency`` is
+    the variance of plain least squares over that measured. ``edge_loss`` multiplies the error from unequal blur,
+    and ``slant_loss`` is what each row by which the window is shorter in one view than in the other adds to the
+    standard deviation, relative. ``floor`` in rows is what is left without noise, aliasing and unequal blur.
+    """
+
+    window: int = 9
+    columns: int = 1800
+    efficiency: float = 0.78
+    edge_loss: float = 2.6
+    slant_loss: float = 0.87
+    floor: float = 0.05
+
+
+Matcher = Literal["sad", "semi_global"]
+# Both as refined by windows that follow the surface. Semi-global matching differs in what it keeps, hardly in noise.
+MATCHING: dict[Matcher, Matching] = {"sad": Matching(), "semi_global": Matching(efficiency=0.81)}
+
+
+@dataclass(frozen=True, slots=True)
+class ImagePoint:
+    """Where and how one view images a point.
+
+    ``slope`` is tan(phi) at the viewpoint, ``radius`` and ``radius_slope`` are r in mm and dr/dphi in mm per radian,
+    of either sign, and ``defocus`` is the diameter of the blur disc in mm on the sensor, of either sign.
+    """
+
+    slope: Scalar
+    radius: Scalar
+    radius_slope: Scalar
+    defocus: Scalar
+
+
+@dataclass(frozen=True, slots=True)
+class Exposure:
+    """What the camera does to both views: pixel pitch in mm, f-number, and wavelength in mm (0: no diffraction).
+
+    ``equalising_sigma_px`` is the reference sigma of equalisation in raw pixels (:func:`equalising_sigma_px`).
+    """
+
+    pixel_pitch: float
+    f_number: Scalar
+    equalising_sigma_px: Scalar = 0.5
+    wavelength: float = 0.0
+
+
+def rich_texture(extent_mm: Scalar) -> Texture:
+    """The texture called rich of rendered scenes of that extent in mm: their farthest working distance."""
+    return Texture(RICH_CONTRAST_PER_OCTAVE, FINEST_WAVELENGTH * extent_mm, COARSEST_WAVELENGTH * extent_mm)
+
+
+def texture_gradient_energy(texture: Texture, along: Scalar, across: Scalar) -> Scalar:
+    """Mean squared gradient, per mm^2, of the relative contrast along the meridian.
+
+    Parameters
+    ----------
+    along, across
+        Standard deviations of the blur in mm on the surface.
+    """
+    squared = along * (along + across) / 2.0
+    fine, coarse = ((2.0 * np.pi / wavelength) ** 2 for wavelength in (texture.finest_mm, texture.coarsest_mm))
+    lost = fine * _dawson_remainder(fine * squared) - coarse * _dawson_remainder(coarse * squared)
+    return texture.contrast_per_octave**2 / (4.0 * np.log(2.0)) * lost
+
+
+def blur_variance(exposure: Exposure, defocus: Scalar) -> Scalar:
+    """Variance along either axis, in mm^2 on the sensor, of defocus (disc diameter in mm), diffraction and pixel."""
+    diffraction = DIFFRACTION_SIGMA * exposure.wavelength * exposure.f_number
+    return defocus * defocus / 16.0 + diffraction * diffraction + PIXEL_VARIANCE * exposure.pixel_pitch**2
+
+
+def pixel_variance(light: Light, f_number: Scalar) -> Scalar:
+    """Variance of a raw pixel in units of its signal squared: shot noise, read noise, quantisation."""
+    ratio = f_number / light.f_number
+    electrons = light.tone * light.electrons_of_white / (ratio * ratio)
+    return 1.0 / electrons + (light.read_noise_electrons / electrons) ** 2 + rounding_variance(light)
+
+
+def rounding_variance(light: Light) -> float:
+    """Variance of rounding to whole grey levels, in units of the signal squared."""
+    return 1.0 / (12.0 * (light.grey_levels * light.tone) ** 2)
+
+
+def equalising_sigma_px(largest_common_spacing_px: Scalar) -> Scalar:
+    """The reference sigma of equalisation: half a raw pixel, or half a panorama pixel where that is more.
+
+    Parameters
+    ----------
+    largest_common_spacing_px
+        Raw pixels from one panorama pixel to the next, 2 pi / columns times |dr/dphi| or |r| in pixels: of the
+        smaller of the two views, at the elevation where it is largest.
+    """
+    return 0.5 * _smooth_maximum(1.0, largest_common_spacing_px)
+
+
+def matching_noise(
+    upper: ImagePoint,
+    lower: ImagePoint,
+    distance: Scalar,
+    texture: Texture,
+    light: Light,
+    exposure: Exposure,
+    matching: Matching,
+) -> tuple[Scalar, Scalar]:
+    """Standard deviation, in mm on the sensor, of a matched point's radial position in the upper and the lower view.
+
+    The two are independent parts of the error of one match: its depth error is that of
+    :func:`designer.evaluate.depth.slope_error` for the one and the other view, added in squares.
+
+    Parameters
+    ----------
+    distance
+        Horizontal distance of the point from the axis in mm.
+    """
+    views = (upper, lower)
+    step = 2.0 * np.pi / matching.columns
+    stretch = [1.0 + view.slope * view.slope for view in views]
+    # Squared lengths on the surface of one mm on the sensor, along and across the meridian.
+    along_scale = [(distance * s / view.radius_slope) ** 2 for s, view in zip(stretch, views, strict=True)]
+    across_scale = [(distance / view.radius) ** 2 for view in views]
+    # Equalisation gives both views the smoothing, in angles, of the one that resolves less.
+    sigma = exposure.equalising_sigma_px * exposure.pixel_pitch
+    angle = _smooth_maximum(*(along / (s * s) for along, s in zip(along_scale, stretch, strict=True)))
+    along_smoothing = [sigma * sigma * s * s * angle for s in stretch]
+    across_smoothing = sigma * sigma * _smooth_maximum(*across_scale)
+    blurs = [blur_variance(exposure, view.defocus) for view in views]
+    along = [blur * scale + h for blur, scale, h in zip(blurs, along_scale, along_smoothing, strict=True)]
+    across = [blur * scale + across_smoothing for blur, scale in zip(blurs, across_scale, strict=True)]
+    mean_along, mean_across = (along[0] + along[1]) / 2.0, (across[0] + across[1]) / 2.0
+
+    row, column = step * distance * stretch[0], step * distance
+    area = matching.window**2 * row * column
+    # The gradient that weighs the window is the difference over two rows.
+    template = row * row / 3.0
+    signal = texture_gradient_energy(texture, sqrt(mean_along + template / 2.0), sqrt(mean_across))
+    weight = texture_gradient_energy(texture, sqrt(mean_along + template), sqrt(mean_across))
+    rounding = rounding_variance(light) * row * column * weight
+    raw = pixel_variance(light, exposure.f_number)
+    excess = matching.slant_loss * matching.window * (stretch[0] - stretch[1])
+    loss = (1.0 + excess * excess / (stretch[0] * stretch[1])) / matching.efficiency
+    scale = loss / (area * signal * signal)
+    edge = matching.edge_loss**2 * _edge_variance(along, across, matching.window * row, matching.window * column)
+    floor = (matching.floor * row) ** 2
+    noises = []
+    for scale_along, scale_across, smoothing, blur in zip(
+        along_scale, across_scale, along_smoothing, blurs, strict=True
+    ):
+        total_along, total_across = mean_along + template + smoothing, mean_across + across_smoothing
+        smoothed = texture_gradient_energy(texture, sqrt(total_along), sqrt(total_across))
+        pixel = sqrt(scale_along * scale_across) * exposure.pixel_pitch**2
+        aliased = _aliasing(texture, pixel, blur / exposure.pixel_pitch**2 - PIXEL_VARIANCE, total_along, total_across)
+        variance = scale * (raw * pixel * smoothed + rounding + aliased) + (edge + floor) / 2.0
+        noises.append(sqrt(variance / scale_along))
+    return noises[0], noises[1]
+
+
+def _aliasing(texture: Texture, pixel: Scalar, lens_blur_px2: Scalar, along: Scalar, across: Scalar) -> Scalar:
+    """What aliasing adds where white noise adds variance times pixel times gradient energy; ``pixel`` in mm^2.
+
+    ``along`` and ``across`` are variances in mm^2 of template and noise after all smoothing.
+    """
+    power = texture.contrast_per_octave**2 / np.log(2.0)
+    after = sqrt(along * across) / pixel
+    both = after + lens_blur_px2
+    lens = (2.0 * np.pi) ** 2 * lens_blur_px2 * after / both
+    passed = exp(-lens) * (1.0 + lens * lens_blur_px2 / both) * (both / after) ** 3
+    # Nothing is there to be folded down where the finest wavelength is longer than a pixel.
+    coarseness = (texture.finest_mm**2 / pixel) ** 4
+    density = ALIASING_DENSITY * ALIASING_BEYOND * power * pixel * pixel * passed / (1.0 + coarseness)
+    return np.pi**2 * power * density / (along * sqrt(along * across))
+
+
+def _edge_variance(along: list[Scalar], across: list[Scalar], row_side: Scalar, column_side: Scalar) -> Scalar:
+    """Variance in mm^2 of a shift that comes from blurs of unequal variances (mm^2) along and across the meridian."""
+    of_along = EDGE_ALONG * (along[0] - along[1])
+    of_across = EDGE_ACROSS * (across[0] - across[1])
+    return of_along * of_along / (row_side * row_side) + of_across * of_across / (row_side * column_side)
+
+
+def _dawson_remainder(y: Scalar) -> Scalar:
+    """(1 - A(y)) / y with A(y) = F(sqrt y) / sqrt y, within 1.3 percent.
+
+    From the third convergent of Dawson's continued fraction.
+    """
+    return (70.0 + y * (32.0 + 8.0 * y)) / (105.0 + y * (90.0 + y * (36.0 + 8.0 * y)))
+
+
+def _smooth_maximum(first: Scalar, second: Scalar) -> Scalar:
+    """The larger of two positive values; at most half of ``_ROUNDING`` above it where they are equal."""
+    difference, both = first - second, _ROUNDING * (first + second) / 2.0
+    return (first + second + sqrt(difference * difference + both * both)) / 2.0
