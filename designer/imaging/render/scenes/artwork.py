@@ -1,0 +1,450 @@
+"""What stands on surfaces, drawn as grey images: bricks, boards, books, posters, windows, façades, pipe walls.
+
+Images are (rows, columns) from 0 to 1 with the lowest row first, sides powers of two, and repeat without a seam
+where a surface repeats them. Sizes are those of the things themselves, in mm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Random = np.random.Generator
+
+LETTERS = np.array(list("ABCDEFGHIKLMNOPRSTUVWXYZ"))
+
+
+def brick_wall(random: Random) -> Array:
+    """Running bond of 256 mm bricks in courses of 64 mm, 2 m wide and 1 m high at 4 mm to a texel."""
+    image = np.full((256, 512), 0.56) + 0.02 * _speckle(random, (256, 512), 1)
+    for course in range(16):
+        for brick in range(8):
+            left = 64 * brick + 32 * (course % 2)
+            columns = np.arange(left + 1, left + 63) % 512
+            tone = 0.28 + 0.2 * random.random()
+            image[16 * course + 1 : 16 * course + 15, columns] = tone + 0.03 * _speckle(random, (14, 62), 1)
+    return np.asarray(image)
+
+
+def boards(random: Random) -> Array:
+    """Floor boards of 128 mm, 2 m by 1 m at 4 mm to a texel."""
+    image = np.empty((256, 512))
+    for row in range(8):
+        shift = int(random.integers(512))
+        plank = np.concatenate(
+            [0.36 + 0.2 * random.random() + 0.1 * _fibres(random, (32, length)) for length in (232, 280)], axis=1
+        )
+        plank[:, [0, 231, 232, 511]] = 0.18
+        plank[0] = 0.2
+        image[32 * row : 32 * row + 32] = np.roll(plank, shift, axis=1)
+    return image
+
+
+def wood(random: Random) -> Array:
+    """Veneer with fibres upright, 1 m by 1 m at 4 mm to a texel."""
+    image = 0.42 + 0.16 * _fibres(random, (256, 256)).T
+    image[:, ::128] = 0.2
+    return np.asarray(image)
+
+
+def books(random: Random) -> Array:
+    """Three shelves full of books, 1 m wide and 1 m high at 2 mm to a texel."""
+    image = np.full((512, 512), 0.1)
+    for shelf, bottom in enumerate((0, 171, 341)):
+        top = (171, 341, 512)[shelf]
+        image[bottom : bottom + 10] = 0.62
+        column = 0
+        while column < 504:
+            width = min(int(random.integers(8, 24)), 512 - column)
+            height = int((top - bottom - 14) * random.uniform(0.72, 0.98))
+            spine = np.full((height, width), random.choice([0.14, 0.25, 0.38, 0.52, 0.7, 0.85]))
+            spine += random.uniform(-0.06, 0.06)
+            print_tone = 0.85 if spine[0, 0] < 0.5 else 0.15
+            if width >= 8:
+                _spine_print(random, spine, print_tone)
+            spine[:, 0] *= 0.4
+            spine[:, -1] *= 0.6
+            image[bottom + 10 : bottom + 10 + height, column : column + width] = spine
+            column += width
+            if random.random() < 0.06:
+                column += int(random.integers(8, 30))
+    image[:, 506:] = 0.62
+    return np.clip(image, 0.03, 0.95)
+
+
+def ceiling_tiles(random: Random) -> Array:
+    """Mineral tiles of 512 mm, 1 m by 1 m at 4 mm to a texel."""
+    image = 0.78 + 0.03 * _speckle(random, (256, 256), 1)
+    image[random.random((256, 256)) < 0.03] = 0.5
+    image[::128] = image[:, ::128] = 0.52
+    image[1::128] = image[:, 1::128] = 0.6
+    return np.asarray(image)
+
+
+def floor_slabs(random: Random) -> Array:
+    """A concrete floor with joints and a painted lane with an arrow, 4 m by 4 m at 8 mm to a texel."""
+    image = 0.45 + 0.1 * _blotches(random, (512, 512), 60) + 0.05 * _speckle(random, (512, 512), 1)
+    image[::128] = image[:, ::128] = 0.25
+    for _ in range(25):
+        row, column = random.integers(0, 512, 2)
+        image[row : row + 2, column : column + int(random.integers(20, 90))] *= 0.75
+    for lane in (40, 300):
+        image[:, lane : lane + 13] = 0.86 - 0.1 * random.random((512, 13)) ** 4
+    for dash in range(0, 512, 64):
+        image[dash : dash + 34, 168 : 176] = 0.9
+    return np.clip(image, 0.05, 0.95)
+
+
+def poster(random: Random) -> Array:
+    """A poster 512 mm wide and 1 m high at 2 mm to a texel: a picture, a title, lines of print."""
+    image = np.full((512, 256), 0.9)
+    ground = random.uniform(0.2, 0.8)
+    scene = ground + 0.25 * _blotches(random, (256, 256), 90)[:, :220]
+    hill = 90 + 45 * np.sin(np.linspace(0, random.uniform(4, 9), 220) + random.uniform(0, 6))
+    rows = np.arange(256)[:, None]
+    scene = np.where(rows < hill, 0.22 + 0.1 * _speckle(random, (256, 220), 1), scene)
+    centre = random.uniform((40, 170), (180, 220))
+    disc = np.hypot(rows - centre[1], np.arange(220) - centre[0]) < random.uniform(18, 34)
+    scene[disc] = 0.95 if ground < 0.6 else 0.12
+    image[200:456, 18:238] = scene
+    _write(image, _word(random, 7), (18, 462), 34, 0.1)
+    _print(random, image, (18, 20), (238, 186), 9)
+    _frame(image, 5, 0.15)
+    return np.clip(image, 0.04, 0.95)
+
+
+def notices(random: Random) -> Array:
+    """A cork board with sheets of paper, 1 m by 1 m at 4 mm to a texel."""
+    image = 0.4 + 0.1 * _speckle(random, (256, 256), 1)
+    for left in (12, 72, 132, 192):
+        for bottom in (14, 92, 170):
+            column, row = left + int(random.integers(-5, 6)), bottom + int(random.integers(-6, 7))
+            sheet = np.full((70, 50), random.uniform(0.7, 0.93))
+            if random.random() < 0.35:
+                sheet[22:62, 6:44] = 0.35 + 0.25 * _blotches(random, (64, 64), 14)[:40, :38]
+            else:
+                _print(random, sheet, (5, 5), (45, 54), 5)
+                sheet[58:63, 5:32] = 0.15
+            image[row : row + 70, column : column + 50] = sheet
+            image[row + 66 : row + 69, column + 24 : column + 27] = 0.1
+    _frame(image, 7, 0.25)
+    return np.clip(image, 0.04, 0.95)
+
+
+def whiteboard(random: Random) -> Array:
+    """A board with sketches and writing, 1 m by 1 m at 4 mm to a texel."""
+    image = np.full((256, 256), 0.86) + 0.03 * _blotches(random, (256, 256), 80)
+    canvas = np.ascontiguousarray(image)
+    for _ in range(5):
+        x, y = (int(value) for value in random.integers(25, 190, 2))
+        cv2.rectangle(canvas, (x, y), (x + 45, y + 25), 0.2, 2)
+        cv2.line(canvas, (x + 45, y + 12), (x + 62, y + int(random.integers(-20, 40))), 0.3, 2)
+    for line in range(7):
+        _write(canvas, _word(random, 12), (20 + 30 * (line % 2), 16 + 32 * line), 14, 0.3)
+    angles = np.linspace(0, 4 * np.pi, 60)
+    curve = np.stack([np.linspace(130, 235, 60), 60 + 30 * np.sin(angles)], axis=-1).astype(np.int32)
+    cv2.polylines(canvas, [curve], False, 0.2, 2)
+    _frame(canvas, 7, 0.4)
+    return np.clip(canvas, 0.04, 0.95)
+
+
+def screen(random: Random) -> Array:
+    """A monitor 512 mm wide and 256 mm high at 2 mm to a texel: windows with print and a graph."""
+    image = np.full((128, 256), 0.3)
+    for left, right in ((8, 124), (132, 248)):
+        image[10:118, left:right] = 0.88
+        image[108:118, left:right] = 0.5
+        _print(random, image, (left + 6, 14), (right - 6, 104), 7)
+    image[20:70, 140:240] = 0.15
+    curve = np.stack([np.arange(140, 240), 45 + 18 * np.sin(np.arange(100) / 8.0)], axis=-1).astype(np.int32)
+    cv2.polylines(image, [curve], False, 0.9, 2)
+    _frame(image, 6, 0.08)
+    return np.clip(image, 0.05, 0.95)
+
+
+def window(random: Random) -> Array:
+    """A window 1 m wide and 1 m high at 4 mm to a texel: frame, cross bars, and houses and trees under the sky."""
+    rows, columns = np.indices((256, 256))
+    image = 0.93 - 0.12 * rows[::-1] / 256 + 0.05 * _blotches(random, (256, 256), 60)
+    column = 0
+    while column < 256:
+        width, height = int(random.integers(28, 60)), int(random.integers(50, 130))
+        house = np.full((height, min(width, 256 - column)), random.uniform(0.35, 0.6))
+        for row in range(10, height - 14, 22):
+            for across in range(6, house.shape[1] - 8, 14):
+                house[row : row + 12, across : across + 7] = 0.18
+        image[:height, column : column + width] = house
+        column += width
+    leaves = _blotches(random, (256, 256), 9)
+    for _ in range(4):
+        x, y, size = random.uniform(0, 256), random.uniform(15, 60), random.uniform(22, 45)
+        crown = np.hypot(columns - x, rows - y) < size * (1 + 0.3 * leaves)
+        image = np.where(crown, 0.2 + 0.12 * leaves, image)
+    for bar in (0, 122, 244):
+        image[:, bar : bar + 12] = 0.82
+        image[:, bar] = image[:, bar + 11] = 0.45
+    for bar in (0, 150, 244):
+        image[bar : bar + 12] = 0.82
+        image[bar] = image[bar + 11] = 0.45
+    return np.clip(image, 0.05, 0.97)
+
+
+def door(random: Random) -> Array:
+    """A panelled door 1 m wide and 2 m high at 4 mm to a texel."""
+    image = 0.55 + 0.07 * _fibres(random, (256, 512)).T
+    for bottom, top in ((30, 200), (225, 350), (375, 480)):
+        for left, right in ((34, 116), (140, 222)):
+            image[bottom:top, left:right] *= 0.86
+            image[bottom : bottom + 4, left:right] *= 1.3
+            image[top - 4 : top, left:right] *= 0.6
+            image[bottom:top, left : left + 4] *= 0.65
+            image[bottom:top, right - 4 : right] *= 1.25
+    image[236:246, 226:244] = 0.9
+    image[228:254, 234:240] = 0.12
+    _frame(image, 10, 0.3)
+    return np.clip(image, 0.05, 0.95)
+
+
+def cupboard(random: Random) -> Array:
+    """Steel drawers with handles and labels, 512 mm wide and 1 m high at 2 mm to a texel."""
+    image = 0.5 + 0.03 * _blotches(random, (512, 256), 90) + 0.015 * _speckle(random, (512, 256), 1)
+    for bottom in range(0, 512, 128):
+        image[bottom : bottom + 4] = 0.15
+        image[bottom + 4 : bottom + 7] *= 1.25
+        image[bottom + 60 : bottom + 70, 88:168] = 0.85
+        image[bottom + 56 : bottom + 60, 88:168] = 0.2
+        image[bottom + 86 : bottom + 112, 96:160] = 0.92
+        _write(image, _word(random, 4), (100, bottom + 92), 14, 0.15)
+    image[:, :4] = image[:, -4:] = 0.18
+    return np.clip(image, 0.05, 0.95)
+
+
+def rack(random: Random) -> Array:
+    """A pallet rack 2 m wide with four levels of cartons on pallets, 2 m high, at 4 mm to a texel."""
+    image = np.full((512, 512), 0.07)
+    for bottom in range(0, 512, 128):
+        image[bottom : bottom + 14] = 0.72
+        image[bottom + 2 : bottom + 12 : 5] = 0.55
+        for pallet in (14, 180, 346):
+            image[bottom + 16 : bottom + 28, pallet : pallet + 150] = 0.5 + 0.1 * _fibres(random, (16, 256))[:12, :150]
+            image[bottom + 20 : bottom + 26, pallet + 16 : pallet + 62] = 0.08
+            image[bottom + 20 : bottom + 26, pallet + 88 : pallet + 134] = 0.08
+            tall = int(random.integers(2, 4))
+            for layer in range(tall):
+                for column in range(int(random.integers(2, 4))):
+                    wide = 150 // 3 if random.random() < 0.4 else 49
+                    left, low = pallet + column * 50, bottom + 28 + layer * 30
+                    image[low : low + 29, left : left + wide] = _carton(random, (29, wide))
+    for upright in (0, 166, 332, 500):
+        image[:, upright : upright + 12] = 0.62
+        image[::16, upright + 4 : upright + 8] = 0.15
+        image[1::16, upright + 4 : upright + 8] = 0.15
+    return np.clip(image, 0.04, 0.95)
+
+
+def cartons(random: Random) -> Array:
+    """Stacked cartons with tape and labels, 1 m by 1 m at 4 mm to a texel."""
+    image = np.empty((256, 256))
+    for row in range(0, 256, 64):
+        edges = np.sort(random.choice(np.arange(2, 7), 2, replace=False)) * 32
+        for left, right in zip((0, *edges), (*edges, 256), strict=True):
+            image[row : row + 64, left:right] = _carton(random, (64, int(right - left)))
+    return np.clip(image, 0.05, 0.95)
+
+
+def sign(random: Random) -> Array:
+    """A hanging sign 512 mm wide and 1 m high at 2 mm to a texel: a large character, an arrow, print."""
+    image = np.full((512, 256), random.choice([0.16, 0.85]))
+    ink = 0.92 if image[0, 0] < 0.5 else 0.1
+    _write(image, str(random.choice(LETTERS)) + str(random.integers(1, 9)), (26, 300), 150, ink, 16)
+    tip = np.array([[60, 190], [128, 250], [196, 190], [150, 190], [150, 130], [106, 130], [106, 190]], dtype=np.int32)
+    cv2.fillPoly(image, [tip], float(ink))
+    _print(random, image, (24, 24), (232, 110), 16, ink)
+    _frame(image, 8, 0.5)
+    image += 0.03 * _blotches(random, (512, 256), 40)
+    return np.clip(image, 0.04, 0.95)
+
+
+def cladding(random: Random) -> Array:
+    """Profiled sheets with rivets and run-off stains, 2 m by 2 m at 4 mm to a texel."""
+    columns = np.arange(512)
+    image = np.tile(0.55 + 0.1 * np.sign(np.sin(2 * np.pi * columns / 64.0)), (512, 1))
+    streaks = _blotches(random, (8, 512), 3)[0]
+    image += 0.08 * streaks + 0.06 * _blotches(random, (512, 512), 70) + 0.02 * _speckle(random, (512, 512), 1)
+    image[::256] = 0.25
+    image[16::256, 16::32] = 0.2
+    image[17::256, 16::32] = 0.85
+    return np.clip(image, 0.05, 0.95)
+
+
+def facade(random: Random) -> Array:
+    """A house front of bricks with two rows of windows, 4 m by 4 m at 8 mm to a texel."""
+    wall = brick_wall(random)
+    fine = np.vstack([wall, wall])
+    image = np.tile(cv2.resize(fine, (256, 256), interpolation=cv2.INTER_AREA), (2, 2))
+    for bottom in (60, 316):
+        for left in (38, 208, 378):
+            image[bottom - 10 : bottom, left - 8 : left + 104] = 0.78
+            pane = np.full((150, 96), 0.16) + 0.2 * _blotches(random, (256, 128), 60)[:150, :96]
+            pane[:, :12] = pane[:, -14:] = random.uniform(0.5, 0.75)
+            pane[:6] = pane[-6:] = pane[90:96] = 0.88
+            pane[:, :5] = pane[:, -5:] = pane[:, 45:51] = 0.88
+            image[bottom : bottom + 150, left : left + 96] = pane
+            image[bottom + 150 : bottom + 166, left - 6 : left + 102] = 0.66
+    return np.clip(image, 0.05, 0.95)
+
+
+def roof_tiles(random: Random) -> Array:
+    """Rows of clay tiles, 1 m by 1 m at 4 mm to a texel."""
+    rows, columns = np.indices((256, 256))
+    image = 0.22 + 0.2 * (rows % 32) / 32.0 + 0.06 * np.cos(2 * np.pi * columns / 32.0)
+    tones = random.uniform(-0.07, 0.07, (8, 8))
+    return np.clip(image + np.kron(tones, np.ones((32, 32))) + 0.03 * _speckle(random, (256, 256), 1), 0.05, 0.95)
+
+
+def lattice(random: Random) -> Array:
+    """Struts of a lattice tower before the sky, 512 mm by 1 m at 4 mm to a texel."""
+    image = np.full((256, 128), 0.84) + 0.04 * _blotches(random, (256, 128), 40)
+    for bottom in (0, 128):
+        for start, end in (((4, 0), (123, 127)), ((123, 0), (4, 127))):
+            cv2.line(image, (start[0], start[1] + bottom), (end[0], end[1] + bottom), 0.24, 7)
+        image[bottom : bottom + 9] = 0.3
+        image[bottom + 60 : bottom + 70, 54:74] = 0.18
+    image[:, :10] = image[:, -10:] = 0.2
+    image[::16, 3:6] = image[::16, -6:-3] = 0.6
+    return np.clip(image + 0.02 * _speckle(random, image.shape, 1), 0.05, 0.95)
+
+
+def pipe_wall(random: Random) -> Array:
+    """The wall of a steel pipe unrolled, once round (1024 texels) and half of that along: welds, stains, markings."""
+    size = (512, 1024)
+    rows, columns = np.indices(size)
+    image = 0.44 + 0.12 * _blotches(random, size, 70) + 0.07 * _blotches(random, size, 14)
+    image += 0.05 * _speckle(random, size, 1)
+    for _ in range(40):
+        x, y, wide = random.uniform(0, 1024), random.uniform(0, 512), random.uniform(4, 26)
+        away = np.hypot((columns - x + 512) % 1024 - 512, (rows - y + 256) % 512 - 256)
+        image *= 1.0 - random.uniform(0.2, 0.65) * np.exp(-((away / wide) ** 2) * (1.5 + image))
+    for _ in range(14):
+        column, top, length = random.uniform(0, 1024), random.uniform(100, 500), random.uniform(60, 260)
+        beside = (columns - column - 6 * np.sin(rows / 40.0) + 512) % 1024 - 512
+        run = (rows < top) & (rows > top - length)
+        image *= 1.0 - 0.4 * run * np.exp(-((beside / 5.0) ** 2))
+    for bead in (70, 326):
+        ripple = bead + 2.0 * np.sin(columns * 2 * np.pi / 1024 * 37)
+        profile = rows - ripple
+        image += 0.3 * np.exp(-((profile / 4.0) ** 2)) * (0.6 + 0.4 * np.cos(columns * 2 * np.pi / 1024 * 128))
+        image -= 0.16 * np.exp(-(((np.abs(profile) - 10.0) / 4.0) ** 2))
+    along = np.abs((columns - 700.0 + 512) % 1024 - 512)
+    image += 0.22 * np.exp(-((along / 3.0) ** 2)) * (0.6 + 0.4 * np.cos(rows * 2 * np.pi / 512 * 64))
+    image -= 0.12 * np.exp(-(((along - 8.0) / 3.0) ** 2))
+    # The sensor's height is a quarter of the way up: numbers, a scale and an arrow stand there.
+    for number, column in enumerate((40, 290, 540, 800)):
+        _write(image, f"DN {number + 1}0{random.integers(10, 99)}", (column, 160), 34, 0.9, 4)
+        _write(image, _word(random, 9), (column, 212), 18, 0.12, 2)
+        image[116:122, column : column + 150] = 0.9
+        for mark in range(0, 150, 15):
+            image[116 : 132 + 8 * (mark % 75 == 0), column + mark : column + mark + 3] = 0.9
+    return np.clip(image, 0.05, 0.95)
+
+
+def shirt(random: Random) -> Array:
+    """Checked cloth, 128 mm by 128 mm at 2 mm to a texel."""
+    rows, columns = np.indices((64, 64))
+    image = 0.45 + 0.15 * np.sign(np.sin(2 * np.pi * rows / 16)) + 0.15 * np.sign(np.sin(2 * np.pi * columns / 32))
+    return np.asarray(image + 0.03 * _speckle(random, image.shape, 1))
+
+
+def _speckle(random: Random, shape: tuple[int, int], width: float) -> Array:
+    """Noise of standard deviation 1, smoothed over ``width`` texels, that repeats without a seam."""
+    return _blotches(random, shape, width) if width > 1 else random.standard_normal(shape)
+
+
+def _blotches(random: Random, shape: tuple[int, int], width: float) -> Array:
+    """Smooth shades of standard deviation 1 about ``width`` texels wide, that repeat without a seam."""
+    spectrum = np.fft.rfft2(random.standard_normal(shape))
+    down, across = np.fft.fftfreq(shape[0])[:, None], np.fft.rfftfreq(shape[1])[None, :]
+    smooth = np.fft.irfft2(spectrum * np.exp(-((np.hypot(down, across) * width * 2.0) ** 2)), shape)
+    smooth -= smooth.mean()
+    return np.asarray(smooth / smooth.std())
+
+
+def _fibres(random: Random, shape: tuple[int, int]) -> Array:
+    """Wood: fine fibres along the rows and wavering rings across them, between -1 and 1."""
+    rows, columns = np.indices(shape)
+    waver = 4.0 * np.sin(columns * 2 * np.pi / shape[1] + random.uniform(0, 6)) + 2.0 * np.sin(
+        columns * 4 * np.pi / shape[1] + random.uniform(0, 6)
+    )
+    rings = np.sin((rows + waver) * 2 * np.pi / max(6.0, shape[0] / 20.0))
+    lines = random.standard_normal((shape[0], 1)) + 0.4 * random.standard_normal(shape)
+    return np.asarray(np.tanh(0.6 * rings + 0.5 * lines))
+
+
+def _carton(random: Random, shape: tuple[int, int]) -> Array:
+    rows, columns = shape
+    face = random.uniform(0.34, 0.6) + 0.02 * random.standard_normal(shape)
+    middle = rows // 2
+    face[middle - max(1, rows // 16) : middle + max(1, rows // 16)] *= 1.25
+    left, bottom = int(columns * random.uniform(0.1, 0.5)), int(rows * random.uniform(0.12, 0.6))
+    face[bottom : bottom + rows // 4, left : left + columns // 3] = 0.9
+    face[bottom + 2 : bottom + rows // 4 - 1 : 3, left + 2 : left + columns // 3 - 2] = 0.25
+    face[0] = face[-1] = face[:, 0] = face[:, -1] = 0.14
+    return np.asarray(face)
+
+
+def _spine_print(random: Random, spine: Array, ink: float) -> None:
+    height, width = spine.shape
+    for band in random.uniform(0.05, 0.95, int(random.integers(0, 3))):
+        row = int(band * (height - 4))
+        spine[row : row + 4] = ink
+    row, end = int(height * 0.25), int(height * random.uniform(0.5, 0.8))
+    while row < end:
+        letter = int(random.integers(2, 5))
+        spine[row : row + letter, width // 3 : width - width // 3 : 1] = ink
+        row += letter + int(random.integers(1, 4))
+
+
+def _print(
+    random: Random, image: Array, low: tuple[int, int], high: tuple[int, int], spacing: int, ink: float = 0.2
+) -> None:
+    """Lines of words between two corners (column, row)."""
+    for row in range(low[1], high[1] - spacing // 2, spacing):
+        column, end = low[0], low[0] + int((high[0] - low[0]) * random.uniform(0.5, 1.0))
+        while column < end:
+            word = min(int(random.integers(3, 16)), end - column)
+            image[row : row + max(1, spacing // 2), column : column + word] = ink
+            column += word + 3
+
+
+def _word(random: Random, length: int) -> str:
+    return "".join(random.choice(LETTERS, length))
+
+
+def _write(
+    image: Array, text: str, place: tuple[int, int], height: int, ink: float, thickness: int | None = None
+) -> None:
+    """Text upright in an image whose first row is the lowest; ``place`` is its lower left corner (column, row)."""
+    thickness = thickness or max(1, height // 9)
+    scale = cv2.getFontScaleFromHeight(cv2.FONT_HERSHEY_SIMPLEX, height, thickness)
+    mask = np.zeros(image.shape, dtype=np.uint8)
+    base = (place[0], image.shape[0] - 1 - place[1])
+    cv2.putText(mask, text, base, cv2.FONT_HERSHEY_SIMPLEX, scale, 255, thickness, cv2.LINE_AA)
+    image += mask[::-1] / 255.0 * (ink - image)
+
+
+def _frame(image: Array, width: int, tone: float) -> None:
+    image[:width] = image[-width:] = tone
+    image[:, :width] = image[:, -width:] = tone
+
+
+ARTWORK: dict[str, Callable[[Random], Array]] = {
+    artwork.__name__: artwork
+    for artwork in (
+        brick_wall, boards, wood, books, ceiling_tiles, floor_slabs, poster, notices, whiteboard, screen, window, door,
+        cupboard, rack, cartons, sign, cladding, facade, roof_tiles, lattice, pipe_wall, shirt,
+    )
+}  # fmt: skip
