@@ -323,17 +323,19 @@ def pipe_wall(random: Random) -> Array:
     """The wall of a steel pipe unrolled, once round (1024 texels) and half of that along: welds, stains, markings."""
     size = (512, 1024)
     rows, columns = np.indices(size)
-    image = 0.44 + 0.12 * _blotches(random, size, 70) + 0.07 * _blotches(random, size, 14)
-    image += 0.05 * _speckle(random, size, 1)
+    image = 0.46 + 0.07 * _blotches(random, size, 70) + 0.05 * _blotches(random, size, 14)
+    image += 0.04 * _speckle(random, size, 1)
     for _ in range(40):
-        x, y, wide = random.uniform(0, 1024), random.uniform(0, 512), random.uniform(4, 26)
-        away = np.hypot((columns - x + 512) % 1024 - 512, (rows - y + 256) % 512 - 256)
-        image *= 1.0 - random.uniform(0.2, 0.65) * np.exp(-((away / wide) ** 2) * (1.5 + image))
+        wide = random.uniform(4, 26)
+        stain = np.ix_(*(_about(random, side, int(3 * wide)) for side in size))
+        across = np.arange(-int(3 * wide), int(3 * wide) + 1)
+        away = (across[:, None] ** 2 + across**2) / wide**2
+        image[stain] *= 1.0 - random.uniform(0.2, 0.65) * np.exp(-away * (1.5 + image[stain]))
     for _ in range(14):
-        column, top, length = random.uniform(0, 1024), random.uniform(100, 500), random.uniform(60, 260)
-        beside = (columns - column - 6 * np.sin(rows / 40.0) + 512) % 1024 - 512
-        run = (rows < top) & (rows > top - length)
-        image *= 1.0 - 0.4 * run * np.exp(-((beside / 5.0) ** 2))
+        length = int(random.integers(60, 260))
+        run = np.ix_(_about(random, size[0], length // 2), _about(random, size[1], 20))
+        beside = np.arange(-20, 21) - 5.0 * np.sin(np.arange(2 * (length // 2) + 1) / 40.0)[:, None]
+        image[run] *= 1.0 - 0.4 * np.exp(-((beside / 5.0) ** 2))
     for bead in (70, 326):
         ripple = bead + 2.0 * np.sin(columns * 2 * np.pi / 1024 * 37)
         profile = rows - ripple
@@ -357,6 +359,11 @@ def shirt(random: Random) -> Array:
     rows, columns = np.indices((64, 64))
     image = 0.45 + 0.15 * np.sign(np.sin(2 * np.pi * rows / 16)) + 0.15 * np.sign(np.sin(2 * np.pi * columns / 32))
     return np.asarray(image + 0.03 * _speckle(random, image.shape, 1))
+
+
+def _about(random: Random, side: int, reach: int) -> NDArray[np.intp]:
+    """Texels about one at random, ``reach`` to either side, carried on round the edge."""
+    return np.asarray(np.arange(-reach, reach + 1) + random.integers(side)) % side
 
 
 def _speckle(random: Random, shape: tuple[int, int], width: float) -> Array:

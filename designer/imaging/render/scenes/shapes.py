@@ -151,6 +151,39 @@ class Sphere:
 
 
 @dataclass(frozen=True, slots=True)
+class Ellipsoid:
+    """A ball drawn out to ``radii`` along its axes, then turned about the vertical through its centre."""
+
+    centre: Point
+    radii: Point
+    yaw_deg: float = 0.0
+
+    def distances(self, points: Array, directions: Array) -> Array:
+        """Distance (n,) in mm to the ellipsoid, infinite where the ray misses."""
+        offset, ahead = self._as_ball(points - np.asarray(self.centre)[:, None]), self._as_ball(directions)
+        speed = np.einsum("in,in->n", ahead, ahead)
+        half_slope = np.einsum("in,in->n", offset, ahead) / speed
+        # The squared distance of the centre from the ray, not the difference of large squares.
+        foot = offset - half_slope * ahead
+        with np.errstate(invalid="ignore"):
+            root = np.sqrt((1.0 - np.einsum("in,in->n", foot, foot)) / speed)
+        return _first_forward(-half_slope - root, -half_slope + root)
+
+    def normals(self, points: Array, directions: Array) -> Array:
+        """Outward unit normals (3, n)."""
+        place = self._as_ball(points - np.asarray(self.centre)[:, None]) / np.asarray(self.radii)[:, None]
+        return _about_vertical(place / np.linalg.norm(place, axis=0), float(np.radians(self.yaw_deg)))
+
+    def bounding_disc(self) -> tuple[Array, float]:
+        """Centre (2,) and radius in mm of a disc that holds the ellipsoid seen along the z axis."""
+        return np.asarray(self.centre[:2]), max(self.radii[:2])
+
+    def _as_ball(self, vectors: Array) -> Array:
+        turned = vectors if self.yaw_deg == 0.0 else _about_vertical(vectors, -float(np.radians(self.yaw_deg)))
+        return np.asarray(turned / np.asarray(self.radii)[:, None])
+
+
+@dataclass(frozen=True, slots=True)
 class Cylinder:
     """A round bar between the centres of its two flat ends, in any direction; a pipe when seen from inside."""
 
