@@ -320,37 +320,34 @@ def lattice(random: Random) -> Array:
 
 
 def pipe_wall(random: Random) -> Array:
-    """The wall of a steel pipe unrolled, once round (1024 texels) and half of that along: welds, stains, markings."""
-    size = (512, 1024)
+    """The wall of a steel pipe unrolled, once round (2048 texels) and an eighth of that along.
+
+    Weld beads round it and in a spiral, stains, run-off, markings and a scale; the sensor's height is the middle row.
+    """
+    size = (256, 2048)
     rows, columns = np.indices(size)
-    image = 0.46 + 0.07 * _blotches(random, size, 70) + 0.05 * _blotches(random, size, 14)
+    image = 0.46 + 0.06 * _blotches(random, size, 70) + 0.05 * _blotches(random, size, 14)
     image += 0.04 * _speckle(random, size, 1)
-    for _ in range(40):
-        wide = random.uniform(4, 26)
+    for _ in range(60):
+        wide = random.uniform(3, 22)
         stain = np.ix_(*(_about(random, side, int(3 * wide)) for side in size))
         across = np.arange(-int(3 * wide), int(3 * wide) + 1)
         away = (across[:, None] ** 2 + across**2) / wide**2
         image[stain] *= 1.0 - random.uniform(0.2, 0.65) * np.exp(-away * (1.5 + image[stain]))
-    for _ in range(14):
-        length = int(random.integers(60, 260))
-        run = np.ix_(_about(random, size[0], length // 2), _about(random, size[1], 20))
-        beside = np.arange(-20, 21) - 5.0 * np.sin(np.arange(2 * (length // 2) + 1) / 40.0)[:, None]
+    for _ in range(22):
+        length = int(random.integers(30, 110))
+        run = np.ix_(_about(random, size[0], length), _about(random, size[1], 20))
+        beside = np.arange(-20, 21) - 5.0 * np.sin(np.arange(2 * length + 1) / 40.0)[:, None]
         image[run] *= 1.0 - 0.4 * np.exp(-((beside / 5.0) ** 2))
-    for bead in (70, 326):
-        ripple = bead + 2.0 * np.sin(columns * 2 * np.pi / 1024 * 37)
-        profile = rows - ripple
-        image += 0.3 * np.exp(-((profile / 4.0) ** 2)) * (0.6 + 0.4 * np.cos(columns * 2 * np.pi / 1024 * 128))
-        image -= 0.16 * np.exp(-(((np.abs(profile) - 10.0) / 4.0) ** 2))
-    along = np.abs((columns - 700.0 + 512) % 1024 - 512)
-    image += 0.22 * np.exp(-((along / 3.0) ** 2)) * (0.6 + 0.4 * np.cos(rows * 2 * np.pi / 512 * 64))
-    image -= 0.12 * np.exp(-(((along - 8.0) / 3.0) ** 2))
-    # The sensor's height is a quarter of the way up: numbers, a scale and an arrow stand there.
-    for number, column in enumerate((40, 290, 540, 800)):
-        _write(image, f"DN {number + 1}0{random.integers(10, 99)}", (column, 160), 34, 0.9, 4)
-        _write(image, _word(random, 9), (column, 212), 18, 0.12, 2)
-        image[116:122, column : column + 150] = 0.9
-        for mark in range(0, 150, 15):
-            image[116 : 132 + 8 * (mark % 75 == 0), column + mark : column + mark + 3] = 0.9
+    turns = 2.0 * np.pi * columns / size[1]
+    for bead in (rows - 172.0, (rows - columns * (3.0 * size[0] / size[1])) % size[0] - size[0] / 2.0):
+        image += 0.3 * np.exp(-((bead / 3.5) ** 2)) * (0.6 + 0.4 * np.cos(240.0 * turns + 0.6 * bead))
+        image -= 0.18 * np.exp(-(((np.abs(bead) - 9.0) / 4.0) ** 2))
+    for number, column in enumerate(range(70, 2048, 410)):
+        _write(image, f"DN {number + 1}0{random.integers(10, 99)}", (column, 126), 24, 0.92, 3)
+        image[108:111, column : column + 170] = 0.92
+        for mark in range(0, 171, 10):
+            image[108 : 116 + 5 * (mark % 50 == 0), column + mark : column + mark + 3] = 0.92
     return np.clip(image, 0.05, 0.95)
 
 

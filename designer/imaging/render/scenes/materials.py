@@ -16,7 +16,7 @@ from designer.imaging.render.textures import Floats, Texture, make_grain, textur
 
 # Sides of a texel in mm; a picture that is fitted covers each face once, others repeat.
 TEXEL_MM = {"books": 2.0, "poster": 2.0, "screen": 2.0, "cupboard": 2.0, "sign": 2.0, "shirt": 2.0,
-            "floor_slabs": 8.0, "facade": 8.0, "pipe_wall": 3.0}  # fmt: skip
+            "floor_slabs": 8.0, "facade": 8.0, "pipe_wall": 1.5}  # fmt: skip
 USUAL_TEXEL_MM = 4.0
 FITTED = frozenset({"poster", "notices", "whiteboard", "screen", "window", "door", "cupboard", "sign"})
 # Finest and coarsest wavelength in mm, contrast, and how the grain is drawn out along x, y and z.

@@ -1,0 +1,134 @@
+"""A warehouse as a sensor under its ceiling sees it: racks, columns and signs, a deck with people and pallets, lanes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from designer.imaging.render.scenes.layout import (
+    DRAWN_REACH_MM,
+    PERSON_MM,
+    Thing,
+    Volume,
+    at,
+    block,
+    chord,
+    level,
+    panel,
+    person,
+)
+from designer.imaging.render.scenes.shapes import Box, Cylinder
+
+SENSOR_HEIGHT_MM, ROOF_MM = 2600.0, 900.0
+SECTORS = 16
+BANDS_OF_SECTORS = (0, 3, 1, 2)
+WIDE_DEG = 20.0
+# The deck lies this far down to the floor, and fills the hall from 30 to 150 degrees of azimuth or so.
+DECK_DEPTH = 0.45
+DECK_AZIMUTHS_DEG = (35.0, 145.0)
+STACK_WIDE_DEG, PERSON_WIDE_DEG = 7.0, 9.0
+
+
+def hall(volume: Volume) -> list[Thing]:
+    """The warehouse around a working volume."""
+    floor = volume.floor(SENSOR_HEIGHT_MM)
+    roof = max(ROOF_MM, volume.top(DRAWN_REACH_MM))
+    deck = DECK_DEPTH * floor
+    walls = [volume.distance(3, share) for share in (0.3, 0.15, 0.4, 0.2)]
+    things = _shell(walls, floor, roof)
+    edge = max(0.45 * walls[1], min(0.75 * walls[1], -deck / max(abs(volume.low), 0.05)))
+    things += _deck(walls, edge, deck, floor)
+    for sector in range(SECTORS):
+        azimuth, quarter = 360.0 / SECTORS * (sector + 0.5), sector // len(BANDS_OF_SECTORS)
+        band = BANDS_OF_SECTORS[sector % len(BANDS_OF_SECTORS)]
+        on_deck = DECK_AZIMUTHS_DEG[0] < azimuth < DECK_AZIMUTHS_DEG[1]
+        if band == 3:
+            things += _goods(volume, azimuth, quarter, deck if on_deck else floor, edge)
+        else:
+            things += _equipment(volume, azimuth, band, (quarter + band) % 4, floor, roof)
+    return things
+
+
+def _shell(walls: list[float], floor: float, roof: float) -> list[Thing]:
+    """Walls with a row of windows under the roof and doors, the floor with its lanes, the roof."""
+    things: list[Thing] = []
+    middle, half_height = (floor + roof) / 2.0, (roof - floor) / 2.0 * (1.0 + 1e-6)
+    for number, distance in enumerate(walls):
+        azimuth = 90.0 * number
+        left, right = walls[(number + 1) % 4], walls[number - 1]
+        aside = (right - left) / 2.0
+        heights = (middle - half_height, middle + half_height)
+        wall = panel(azimuth, distance, (left + right) * (1.0 + 1e-6), heights, aside)
+        things.append(Thing(wall, "brick_wall" if number % 2 else "cladding", 1.1))
+        for place, window_aside in enumerate(np.arange(-left + 900.0, right - 500.0, 1500.0)):
+            tall = min(1150.0, 0.3 * (roof - floor))
+            bottom = min(roof - 1.2 * tall, -0.9 * tall - 150.0)
+            things.append(Thing(panel(azimuth, distance - 8.0, 1300.0, (bottom, bottom + tall), float(window_aside)), f"window.{place % 2}"))
+            low = floor + 0.28 * (bottom - floor)
+            high = bottom - 0.12 * (bottom - floor)
+            things.append(Thing(panel(azimuth, distance - 8.0, 900.0, (low, high), float(window_aside)), "sign.1" if place % 2 else "door"))
+    size = 2.2 * max(walls)
+    return [
+        *things,
+        Thing(level((0.0, 0.0, floor), size, size), "floor_slabs"),
+        Thing(level((0.0, 0.0, roof), size, size), "cladding", 0.6),
+    ]
+
+
+def _deck(walls: list[float], edge: float, deck: float, floor: float) -> list[Thing]:
+    """A mezzanine from its edge to the wall at 90 degrees, with lanes on it and a railing along it."""
+    left, right, back = walls[2], walls[0], walls[1]
+    things = [Thing(Box((-left, edge, deck - 180.0), (right, back, deck)), "floor_slabs", 1.15)]
+    for x in np.arange(-left + 300.0, right, 1200.0):
+        things.append(Thing(Cylinder((float(x), edge + 120.0, floor), (float(x), edge + 120.0, deck), 70.0), "metal", 0.8))
+        things.append(Thing(Cylinder((float(x), edge, deck), (float(x), edge, deck + 900.0), 20.0), "paint", 1.4))
+    for height in (450.0, 900.0):
+        things.append(Thing(Cylinder((-left, edge, deck + height), (right, edge, deck + height), 20.0), "paint", 1.4))
+    return things
+
+
+def _equipment(volume: Volume, azimuth: float, band: int, kind: int, floor: float, roof: float) -> list[Thing]:
+    """One of four things as wide as a sector and as tall as the range of elevation: rack, column, goods, sign."""
+    distance = volume.distance(band, 0.2 + 0.13 * kind)
+    width = chord(distance, WIDE_DEG)
+    depth = 0.25 * (volume.distance(band, 1.0) - volume.distance(band, 0.0)) + 150.0
+    top = max(volume.top(distance), floor + 300.0)
+    if kind == 0:
+        return [Thing(block(azimuth, distance, (width, depth), (floor, top)), "rack", 1.1)]
+    if kind == 1 and band == 0:
+        things = [Thing(block(azimuth, distance, (width, width), (floor, roof)), "brick_wall", 1.2)]
+        heights = (0.5 * (volume.bottom(distance) + top), top)
+        return [*things, Thing(panel(azimuth, distance - 4.0, 0.5 * width, heights), "sign.2")]
+    if kind == 1:
+        radius = width / 2.0
+        tank = Cylinder(at(azimuth, distance + radius, floor), at(azimuth, distance + radius, top), radius)
+        ladder = [
+            Thing(Cylinder(at(azimuth, distance - 20.0, floor, side), at(azimuth, distance - 20.0, top, side), 16.0), "paint", 1.4)
+            for side in (-70.0, 70.0)
+        ]
+        return [Thing(tank, "cladding", 1.1), *ladder]
+    if kind == 2:
+        split = max(floor, volume.bottom(distance)) + 0.25 * (top - max(floor, volume.bottom(distance)))
+        return [
+            Thing(block(azimuth, distance, (width, depth), (split, top)), "cartons"),
+            Thing(block(azimuth, distance - 10.0, (width, depth), (floor, split)), "rack"),
+        ]
+    bottom = max(floor, volume.bottom(distance))
+    hung = [
+        Thing(Cylinder(at(azimuth, distance + 15.0, top, side), at(azimuth, distance + 15.0, roof, side), 8.0), "metal", 0.6)
+        for side in (-0.4 * width, 0.4 * width)
+    ]
+    return [Thing(block(azimuth, distance, (width, 40.0), (bottom, top)), f"sign.{band}"), *hung]
+
+
+def _goods(volume: Volume, azimuth: float, quarter: int, ground: float, edge: float) -> list[Thing]:
+    """People and pallets with cartons that stand before the far wall."""
+    distance = max(volume.distance(2, 0.5), edge / max(0.3, float(np.sin(np.radians(azimuth)))) + 150.0)
+    things: list[Thing] = []
+    for turn, further, tall in ((-5.5, 0.0, 500.0), (4.5, 450.0, 800.0)):
+        place, width = azimuth + turn, min(750.0, chord(distance, STACK_WIDE_DEG))
+        things.append(Thing(block(place, distance + further, (width, width), (ground + 130.0, ground + 130.0 + tall), turn_deg=17.0), f"cartons.{quarter % 2}"))
+        things.append(Thing(block(place, distance + further - 30.0, (width + 60.0, width + 60.0), (ground, ground + 130.0), turn_deg=17.0), "wood", 1.2))
+    tallest = min(PERSON_MM, max(300.0, -0.8 * ground))
+    for turn, further in ((0.5, -120.0), (8.0, 200.0)):
+        things += person(azimuth + turn, distance + further, ground, (0.6, 1.6, 1.0, 2.2)[(quarter + int(turn)) % 4], tallest, PERSON_WIDE_DEG)
+    return things

@@ -1,0 +1,104 @@
+"""A yard under the sky: houses, trees, towers, a tank and gantries all round, and clouds far above them."""
+
+from __future__ import annotations
+
+from designer.imaging.render.scenes.layout import DRAWN_REACH_MM, Thing, Volume, at, block, chord, level, panel, tree
+from designer.imaging.render.scenes.shapes import Cylinder, Ellipsoid, Sphere
+
+SENSOR_HEIGHT_MM = 1200.0
+SKY_MM = 100_000.0
+SECTORS = 16
+BANDS_OF_SECTORS = (0, 3, 1, 2)
+WIDE_DEG, HOUSE_WIDE_DEG = 18.0, 21.0
+
+
+def sky(volume: Volume) -> list[Thing]:
+    """The yard around a working volume."""
+    ground = volume.floor(SENSOR_HEIGHT_MM)
+    things = [
+        Thing(Sphere((0.0, 0.0, ground), SKY_MM), "clouds"),
+        Thing(level((0.0, 0.0, ground), 2.0 * SKY_MM, 2.0 * SKY_MM), "soil"),
+    ]
+    for sector in range(SECTORS):
+        azimuth, quarter = 360.0 / SECTORS * (sector + 0.5), sector // len(BANDS_OF_SECTORS)
+        band = BANDS_OF_SECTORS[sector % len(BANDS_OF_SECTORS)]
+        things += _structure(volume, azimuth, band, (quarter + band) % 4, ground)
+    return things + _lines(volume)
+
+
+def _structure(volume: Volume, azimuth: float, band: int, kind: int, ground: float) -> list[Thing]:
+    """One of four structures, each as tall as the range of elevation where it stands."""
+    distance = volume.distance(band, 0.2 + 0.13 * kind)
+    deep = volume.distance(band, 1.0) - volume.distance(band, 0.0)
+    top = max(volume.top(distance), ground + 900.0)
+    if band == 3 or kind == 0:
+        return _house(azimuth, distance, chord(distance, HOUSE_WIDE_DEG if band == 3 else WIDE_DEG), 0.3 * deep, (ground, top), band + kind)
+    width = chord(distance, WIDE_DEG)
+    if kind == 1:
+        return tree(azimuth, distance + 0.3 * width, ground, top + 0.12 * (top - ground), 1.25 * width)
+    if kind == 2:
+        if band == 2:
+            return _water_tower(azimuth, distance, width, (ground, top))
+        mast = block(azimuth, distance, (0.8 * width, 0.8 * width), (ground, top))
+        return [
+            Thing(mast, "lattice"),
+            Thing(block(azimuth, distance - 60.0, (width, 0.9 * width), (top - 0.16 * width, top)), "metal", 0.8),
+            Thing(Cylinder(at(azimuth, distance + 0.3 * width, top), at(azimuth, distance + 0.3 * width, 1.4 * top), 14.0), "metal", 0.5),
+        ]
+    # A hoarding on two poles.
+    bottom = max(ground, volume.bottom(distance))
+    poles = [
+        Thing(Cylinder(at(azimuth, distance + 60.0, ground, side), at(azimuth, distance + 60.0, top, side), 22.0), "metal", 0.6)
+        for side in (-0.4 * width, 0.4 * width)
+    ]
+    return [Thing(block(azimuth, distance, (width, 40.0), (bottom, top)), f"poster.{band}"), *poles]
+
+
+def _house(azimuth: float, distance: float, width: float, depth: float, heights: tuple[float, float], kind: int) -> list[Thing]:
+    """A house front with a projecting roof and a chimney."""
+    ground, top = heights
+    eaves = top - 0.14 * (top - max(ground, 0.0))
+    walls = ("facade", "facade.1", "cladding", "facade.2")[kind % 4]
+    things = [
+        Thing(block(azimuth, distance, (width, depth), (ground, eaves)), walls),
+        Thing(block(azimuth, distance - 0.02 * distance, (1.06 * width, depth), (eaves, top)), "roof_tiles", 1.1),
+        Thing(block(azimuth, distance + 0.1 * depth, (0.16 * width, 0.16 * width), (top, top + 0.12 * top), aside_mm=0.25 * width), "brick_wall"),
+        Thing(Cylinder(at(azimuth, distance - 0.01 * distance, ground, -0.47 * width), at(azimuth, distance - 0.01 * distance, eaves, -0.47 * width), 0.02 * width), "metal", 0.6),
+    ]
+    if walls == "cladding":
+        for row in range(2):
+            low = eaves * (0.15 + 0.45 * row)
+            things.append(Thing(panel(azimuth, distance - 6.0, 0.5 * width, (low, low + 0.28 * eaves)), f"window.{row}"))
+    return things
+
+
+def _water_tower(azimuth: float, distance: float, width: float, heights: tuple[float, float]) -> list[Thing]:
+    """A tank with a domed roof on four legs with a ladder."""
+    ground, top = heights
+    radius = width / 2.0
+    centre = distance + radius
+    bottom = ground + 0.6 * (top - ground)
+    shoulder = top - 0.1 * (top - ground)
+    legs = [
+        Thing(Cylinder(at(azimuth, centre + ahead, ground, 1.1 * side), at(azimuth, centre + ahead, bottom, side), 0.06 * width), "metal", 0.7)
+        for side in (-0.7 * radius, 0.7 * radius)
+        for ahead in (-0.65 * radius, 0.65 * radius)
+    ]
+    braces = [
+        Thing(Cylinder(at(azimuth, centre - 0.65 * radius, ground + low, -0.7 * radius), at(azimuth, centre - 0.65 * radius, ground + high, 0.7 * radius), 0.025 * width), "metal", 0.7)
+        for low, high in ((0.2 * (bottom - ground), 0.95 * (bottom - ground)), (0.95 * (bottom - ground), 0.2 * (bottom - ground)))
+    ]
+    return [
+        Thing(Cylinder(at(azimuth, centre, bottom), at(azimuth, centre, shoulder), radius), "cladding", 1.15),
+        Thing(Ellipsoid(at(azimuth, centre, shoulder), (1.06 * radius, 1.06 * radius, top - shoulder)), "rust", 1.4),
+        *legs,
+        *braces,
+    ]
+
+
+def _lines(volume: Volume) -> list[Thing]:
+    """Cables from mast to mast, all round above the yard."""
+    distance = volume.distance(3, 0.6)
+    posts = [at(90.0 * turn + 12.0, distance, 0.8 * volume.top(distance)) for turn in range(4)]
+    ends = zip(posts, [*posts[1:], posts[0]], strict=True)
+    return [Thing(Cylinder(start, end, 0.003 * DRAWN_REACH_MM), "plastic") for start, end in ends]
