@@ -354,8 +354,55 @@ def pipe_wall(random: Random) -> Array:
 def shirt(random: Random) -> Array:
     """Checked cloth, 128 mm by 128 mm at 2 mm to a texel."""
     rows, columns = np.indices((64, 64))
-    image = 0.45 + 0.15 * np.sign(np.sin(2 * np.pi * rows / 16)) + 0.15 * np.sign(np.sin(2 * np.pi * columns / 32))
+    image = 0.42 + 0.1 * np.sign(np.sin(2 * np.pi * rows / 16)) + 0.1 * np.sign(np.sin(2 * np.pi * columns / 32))
     return np.asarray(image + 0.03 * _speckle(random, image.shape, 1))
+
+
+def face(random: Random) -> Array:
+    """A head once round, the face in the middle, hair elsewhere: 128 by 128 texels to be fitted."""
+    rows, columns = np.indices((128, 128))
+    away = np.abs(columns - 64)
+    image = 0.62 + 0.02 * _speckle(random, (128, 128), 1) - 0.16 * (away / 40.0) ** 2 * (away < 40)
+    hair = (away > 27 + 4 * np.sin(rows / 9.0)) | (rows > 96 - away**2 / 60.0)
+    strands = 0.15 + 0.05 * _fibres(random, (128, 128)).T
+    image = np.where(hair & (rows > 28), strands, image)
+    for eye in (51, 77):
+        image[66:72, eye - 6 : eye + 6] = 0.85
+        image[65:73, eye - 3 : eye + 3] = 0.08
+        image[77:80, eye - 8 : eye + 8] = 0.2
+    image[48:52, 58:70] = 0.45
+    image[50:70, 66:69] = 0.54
+    image[35:39, 54:74] = 0.32
+    return np.clip(image, 0.05, 0.95)
+
+
+def leaves(random: Random) -> Array:
+    """Leaves before the dark inside of a crown, 512 mm by 512 mm at 2 mm to a texel."""
+    canvas = np.full((512, 512), 0.08)
+    for depth in range(1100):
+        tone = (0.12 + 0.4 * depth / 1100.0) * random.uniform(0.7, 1.3)
+        centre, axes = random.integers(0, 256, 2), (int(random.integers(7, 13)), int(random.integers(3, 6)))
+        angle = float(random.uniform(0.0, 180.0))
+        for shift_x in (-256, 0, 256):
+            for shift_y in (-256, 0, 256):
+                place = (int(centre[0]) + shift_x + 128, int(centre[1]) + shift_y + 128)
+                if -16 < place[0] < 528 and -16 < place[1] < 528:
+                    cv2.ellipse(canvas, place, axes, angle, 0.0, 360.0, float(tone), -1)
+    return np.clip(canvas[128:384, 128:384], 0.05, 0.95)
+
+
+def pane(random: Random) -> Array:
+    """A window from outside, 512 mm by 1 m at 4 mm to a texel: bars, curtains and dark behind them."""
+    image = 0.17 + 0.06 * _blotches(random, (256, 128), 60)
+    image[:, :24] = image[:, -26:] = random.uniform(0.5, 0.75)
+    image[:, 6:24:6] *= 0.8
+    image[:, -26:-4:6] *= 0.8
+    for bar in (0, 122, 246):
+        image[bar : bar + 10] = 0.88
+    for bar in (0, 60, 119):
+        image[:, bar : bar + 9] = 0.88
+    _frame(image, 3, 0.4)
+    return np.clip(image, 0.05, 0.95)
 
 
 def _about(random: Random, side: int, reach: int) -> NDArray[np.intp]:
@@ -450,5 +497,6 @@ ARTWORK: dict[str, Callable[[Random], Array]] = {
     for artwork in (
         brick_wall, boards, wood, books, ceiling_tiles, floor_slabs, poster, notices, whiteboard, screen, window, door,
         cupboard, rack, cartons, sign, cladding, facade, roof_tiles, lattice, pipe_wall, shirt,
+        face, leaves, pane,
     )
 }  # fmt: skip

@@ -22,9 +22,8 @@ SENSOR_HEIGHT_MM, ROOF_MM = 2600.0, 900.0
 SECTORS = 16
 BANDS_OF_SECTORS = (0, 3, 1, 2)
 WIDE_DEG = 20.0
-# The deck lies this far down to the floor, and fills the hall from 30 to 150 degrees of azimuth or so.
-DECK_DEPTH = 0.45
-DECK_AZIMUTHS_DEG = (35.0, 145.0)
+# The deck lies this far down to the floor, along two walls of the hall.
+DECK_DEPTH = 0.38
 STACK_WIDE_DEG, PERSON_WIDE_DEG = 7.0, 9.0
 
 
@@ -40,7 +39,8 @@ def hall(volume: Volume) -> list[Thing]:
     for sector in range(SECTORS):
         azimuth, quarter = 360.0 / SECTORS * (sector + 0.5), sector // len(BANDS_OF_SECTORS)
         band = BANDS_OF_SECTORS[sector % len(BANDS_OF_SECTORS)]
-        on_deck = DECK_AZIMUTHS_DEG[0] < azimuth < DECK_AZIMUTHS_DEG[1]
+        ahead_x, ahead_y, _ = at(azimuth, 1.0, 0.0)
+        on_deck = max(ahead_x, ahead_y) > 0.55
         if band == 3:
             things += _goods(volume, azimuth, quarter, deck if on_deck else floor, edge)
         else:
@@ -63,9 +63,13 @@ def _shell(walls: list[float], floor: float, roof: float) -> list[Thing]:
             tall = min(1150.0, 0.3 * (roof - floor))
             bottom = min(roof - 1.2 * tall, -0.9 * tall - 150.0)
             things.append(Thing(panel(azimuth, distance - 8.0, 1300.0, (bottom, bottom + tall), float(window_aside)), f"window.{place % 2}"))
-            low = floor + 0.28 * (bottom - floor)
-            high = bottom - 0.12 * (bottom - floor)
-            things.append(Thing(panel(azimuth, distance - 8.0, 900.0, (low, high), float(window_aside)), "sign.1" if place % 2 else "door"))
+            if place % 2 and number > 1:
+                heights = (floor + 0.25 * (bottom - floor), floor + 0.85 * (bottom - floor))
+                things.append(Thing(panel(azimuth, distance - 8.0, 0.45 * (heights[1] - heights[0]), heights, float(window_aside)), "sign.1"))
+        for height in (0.3, 0.42, 0.9):
+            z = floor * height
+            pipe = at(azimuth, distance - 90.0, z, -left), at(azimuth, distance - 90.0, z, right)
+            things.append(Thing(Cylinder(*pipe, 60.0), "metal", 0.9))
     size = 2.2 * max(walls)
     return [
         *things,
@@ -75,14 +79,22 @@ def _shell(walls: list[float], floor: float, roof: float) -> list[Thing]:
 
 
 def _deck(walls: list[float], edge: float, deck: float, floor: float) -> list[Thing]:
-    """A mezzanine from its edge to the wall at 90 degrees, with lanes on it and a railing along it."""
-    left, right, back = walls[2], walls[0], walls[1]
-    things = [Thing(Box((-left, edge, deck - 180.0), (right, back, deck)), "floor_slabs", 1.15)]
-    for x in np.arange(-left + 300.0, right, 1200.0):
-        things.append(Thing(Cylinder((float(x), edge + 120.0, floor), (float(x), edge + 120.0, deck), 70.0), "metal", 0.8))
-        things.append(Thing(Cylinder((float(x), edge, deck), (float(x), edge, deck + 900.0), 20.0), "paint", 1.4))
-    for height in (450.0, 900.0):
-        things.append(Thing(Cylinder((-left, edge, deck + height), (right, edge, deck + height), 20.0), "paint", 1.4))
+    """A mezzanine from its edge to the walls at 0 and 90 degrees, with lanes on it and a railing along it."""
+    left, right, back, front = walls[2], walls[0], walls[1], walls[3]
+    things = [
+        Thing(Box((-left, edge, deck - 180.0), (right, back, deck)), "floor_slabs", 1.15),
+        Thing(Box((edge, -front, deck - 180.0), (right, edge, deck)), "floor_slabs", 1.15),
+        Thing(panel(90.0, back - 8.0, 950.0, (deck, deck + 2050.0), 300.0), "door"),
+        Thing(panel(0.0, right - 8.0, 950.0, (deck, deck + 2050.0), -500.0), "door"),
+    ]
+    for near, far in (((-left, edge), (edge, edge)), ((edge, -front), (edge, edge))):
+        for part in np.linspace(0.02, 0.98, 6):
+            x, y = (start + float(part) * (end - start) for start, end in zip(near, far, strict=True))
+            things.append(Thing(Cylinder((x, y, floor), (x, y, deck), 60.0), "metal", 0.8))
+            things.append(Thing(Cylinder((x, y, deck), (x, y, deck + 900.0), 20.0), "paint", 1.4))
+        for height in (450.0, 900.0):
+            rail = (*near, deck + height), (*far, deck + height)
+            things.append(Thing(Cylinder(*rail, 20.0), "paint", 1.4))
     return things
 
 
@@ -92,7 +104,7 @@ def _equipment(volume: Volume, azimuth: float, band: int, kind: int, floor: floa
     width = chord(distance, WIDE_DEG)
     depth = 0.25 * (volume.distance(band, 1.0) - volume.distance(band, 0.0)) + 150.0
     top = max(volume.top(distance), floor + 300.0)
-    if kind == 0:
+    if kind == 0 or (kind == 3 and band == 2):
         return [Thing(block(azimuth, distance, (width, depth), (floor, top)), "rack", 1.1)]
     if kind == 1 and band == 0:
         things = [Thing(block(azimuth, distance, (width, width), (floor, roof)), "brick_wall", 1.2)]
@@ -117,7 +129,10 @@ def _equipment(volume: Volume, azimuth: float, band: int, kind: int, floor: floa
         Thing(Cylinder(at(azimuth, distance + 15.0, top, side), at(azimuth, distance + 15.0, roof, side), 8.0), "metal", 0.6)
         for side in (-0.4 * width, 0.4 * width)
     ]
-    return [Thing(block(azimuth, distance, (width, 40.0), (bottom, top)), f"sign.{band}"), *hung]
+    # A sign hangs there, or a crate from a crane.
+    if band == 0:
+        return [Thing(block(azimuth, distance, (width, 40.0), (bottom, top)), "sign.0"), *hung]
+    return [Thing(block(azimuth, distance, (width, depth), (bottom, top)), "boards", 1.2), *hung]
 
 
 def _goods(volume: Volume, azimuth: float, quarter: int, ground: float, edge: float) -> list[Thing]:
@@ -129,6 +144,6 @@ def _goods(volume: Volume, azimuth: float, quarter: int, ground: float, edge: fl
         things.append(Thing(block(place, distance + further, (width, width), (ground + 130.0, ground + 130.0 + tall), turn_deg=17.0), f"cartons.{quarter % 2}"))
         things.append(Thing(block(place, distance + further - 30.0, (width + 60.0, width + 60.0), (ground, ground + 130.0), turn_deg=17.0), "wood", 1.2))
     tallest = min(PERSON_MM, max(300.0, -0.8 * ground))
-    for turn, further in ((0.5, -120.0), (8.0, 200.0)):
+    for turn, further in ((0.5, -120.0), (9.0, 250.0), (-11.0, 350.0)):
         things += person(azimuth + turn, distance + further, ground, (0.6, 1.6, 1.0, 2.2)[(quarter + int(turn)) % 4], tallest, PERSON_WIDE_DEG)
     return things

@@ -130,14 +130,13 @@ def person(azimuth_deg: float, distance_mm: float, floor_mm: float, tone: float,
     def limb(start: Point, end: Point, radius: float, material: str, shade: float = 1.0) -> Thing:
         return Thing(Cylinder(start, end, scale * radius), material, shade)
 
-    coat = "shirt" if tone > 1.2 else "cloth"
+    coat = "shirt" if tone > 1.0 else "cloth"
     things = [
-        Thing(Sphere(place(0, 1590), scale * 100.0), "skin"),
-        Thing(Ellipsoid(place(0, 1630, -25), (scale * 108.0, scale * 108.0, scale * 95.0)), "hair"),
-        limb(place(0, 1420), place(0, 1540), 55.0, "skin"),
+        Thing(Ellipsoid(place(0, 1600), (scale * 105.0, scale * 88.0, scale * 128.0), azimuth_deg), "face"),
+        limb(place(0, 1400), place(0, 1520), 55.0, "skin"),
         # Chest and hips.
-        Thing(Ellipsoid(place(0, 1200), (scale * 135.0, scale * 205.0, scale * 300.0), azimuth_deg), "cloth", tone),
-        limb(place(0, 850), place(0, 1340), 150.0, coat, tone),
+        Thing(Ellipsoid(place(0, 1180), (scale * 140.0, scale * 215.0, scale * 330.0), azimuth_deg), coat, tone),
+        Thing(Ellipsoid(place(0, 930), (scale * 135.0, scale * 175.0, scale * 180.0), azimuth_deg), "cloth", 0.6),
     ]
     for side in (-1.0, 1.0):
         things += [
@@ -153,28 +152,42 @@ def plant(azimuth_deg: float, distance_mm: float, heights_mm: tuple[float, float
     """A potted plant with leaves up to a height."""
     bottom, top = heights_mm
     tall = top - bottom
-    crown = bottom + 0.3 * tall
-    things = [
-        Thing(Cylinder(at(azimuth_deg, distance_mm, bottom), at(azimuth_deg, distance_mm, bottom + 0.2 * tall), 0.27 * wide_mm), "rust", 1.4),
-        Thing(Cylinder(at(azimuth_deg, distance_mm, bottom + 0.2 * tall), at(azimuth_deg, distance_mm, crown + 0.2 * tall), 0.05 * wide_mm), "bark"),
+    rim = bottom + min(0.2 * tall, 0.8 * wide_mm)
+
+    def upright(low: float, high: float, radius: float, material: str) -> Thing:
+        return Thing(Cylinder(at(azimuth_deg, distance_mm, low), at(azimuth_deg, distance_mm, high), radius), material, 1.4)
+
+    return [
+        upright(bottom, rim, 0.27 * wide_mm, "rust"),
+        upright(rim, top - 0.1 * tall, 0.04 * wide_mm, "bark"),
+        *_foliage(azimuth_deg, distance_mm, (rim + 0.1 * tall, top), wide_mm, 9),
     ]
-    for aside, height, size in ((-0.2, 0.42, 0.3), (0.2, 0.52, 0.3), (-0.08, 0.68, 0.33), (0.06, 0.85, 0.24)):
-        centre = at(azimuth_deg, distance_mm, bottom + height * tall, aside * wide_mm)
-        things.append(Thing(Ellipsoid(centre, (size * wide_mm, size * wide_mm, 0.15 * tall)), "leaves", 0.8 + size))
-    return things
 
 
-def tree(azimuth_deg: float, distance_mm: float, ground_mm: float, top_mm: float, wide_mm: float) -> list[Thing]:
-    """A tree with a crown of several balls from a little above the ground to a height."""
-    tall = top_mm - ground_mm
-    things = [
-        Thing(Cylinder(at(azimuth_deg, distance_mm, ground_mm), at(azimuth_deg, distance_mm, top_mm - 0.3 * tall), 0.09 * wide_mm), "bark")
+def tree(azimuth_deg: float, distance_mm: float, heights_mm: tuple[float, float], wide_mm: float) -> list[Thing]:
+    """A tree that stands on the lower height, with a crown from a quarter of the way up to the upper one."""
+    ground, top = heights_mm
+    start, end = at(azimuth_deg, distance_mm, ground), at(azimuth_deg, distance_mm, top - 0.25 * (top - ground))
+    crown = (ground + 0.25 * (top - ground), top)
+    return [
+        Thing(Cylinder(start, end, 0.07 * wide_mm), "bark"),
+        *_foliage(azimuth_deg, distance_mm, crown, wide_mm, 18),
     ]
-    for aside, deeper, height, size in (
-        (0.0, 0.1, 0.84, 0.34), (-0.26, 0.0, 0.66, 0.32), (0.24, 0.0, 0.7, 0.33), (0.02, -0.1, 0.6, 0.36), (-0.1, 0.1, 0.48, 0.3),
-        (0.2, 0.05, 0.5, 0.28),
-    ):  # fmt: skip
-        centre = at(azimuth_deg, distance_mm + deeper * wide_mm, ground_mm + height * tall, aside * wide_mm)
-        radii = (size * wide_mm, size * wide_mm, 0.17 * tall)
-        things.append(Thing(Ellipsoid(centre, radii), "leaves", 0.75 + 0.7 * abs(aside) + size))
+
+
+def _foliage(
+    azimuth_deg: float, distance_mm: float, heights_mm: tuple[float, float], wide_mm: float, balls: int
+) -> list[Thing]:
+    """Balls of leaves about an upright axis, wound up it, wider in the middle than at the ends."""
+    bottom, top = heights_mm
+    things = []
+    for number in range(balls):
+        up = (number + 0.5) / balls
+        size = wide_mm * (0.2 + 0.05 * np.sin(5.0 * number))
+        out = max(0.0, 0.5 * wide_mm * np.sin(np.pi * (0.12 + 0.8 * up)) ** 0.7 - size)
+        turn = 2.4 * number
+        centre = at(azimuth_deg, distance_mm + out * np.cos(turn), bottom + (top - bottom) * up, out * np.sin(turn))
+        half_tall = min(1.2 * size, (top - bottom) * min(up, 1.0 - up) + 0.4 * size)
+        tall = max(half_tall, 0.75 * (top - bottom) / balls * 2.4)
+        things.append(Thing(Ellipsoid(centre, (size, size, tall)), "leaves", 0.85 + 0.4 * up + 0.15 * np.cos(7.0 * number)))
     return things

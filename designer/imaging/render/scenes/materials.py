@@ -11,35 +11,33 @@ import numpy as np
 from designer.imaging.render.pictures import Picture, make_picture, picture_values
 from designer.imaging.render.scenes.artwork import ARTWORK
 from designer.imaging.render.scenes.shapes import Array, Shape
-from designer.imaging.render.scenes.unwrap import is_flat, places_on
+from designer.imaging.render.scenes.unwrap import places_on
 from designer.imaging.render.textures import Floats, Texture, make_grain, texture_values
 
 # Sides of a texel in mm; a picture that is fitted covers each face once, others repeat.
 TEXEL_MM = {"books": 2.0, "poster": 2.0, "screen": 2.0, "cupboard": 2.0, "sign": 2.0, "shirt": 2.0,
-            "floor_slabs": 8.0, "facade": 8.0, "pipe_wall": 1.5}  # fmt: skip
+            "floor_slabs": 8.0, "facade": 8.0, "pipe_wall": 1.5, "face": 4.0, "leaves": 2.0}  # fmt: skip
 USUAL_TEXEL_MM = 4.0
-FITTED = frozenset({"poster", "notices", "whiteboard", "screen", "window", "door", "cupboard", "sign"})
+FITTED = frozenset({"poster", "notices", "whiteboard", "screen", "window", "door", "cupboard", "sign", "face", "pane"})
 # Finest and coarsest wavelength in mm, contrast, and how the grain is drawn out along x, y and z.
 _Grain = tuple[float, float, float, tuple[float, float, float]]
 EVEN = (1.0, 1.0, 1.0)
 GRAINS: dict[str, tuple[float, _Grain]] = {
-    "plaster": (0.70, (10.0, 320.0, 0.07, EVEN)),
-    "paint": (0.60, (10.0, 320.0, 0.06, EVEN)),
+    "plaster": (0.80, (8.0, 128.0, 0.06, EVEN)),
+    "paint": (0.62, (8.0, 128.0, 0.05, EVEN)),
     "concrete": (0.48, (8.0, 1000.0, 0.20, EVEN)),
     "soil": (0.34, (8.0, 1000.0, 0.25, EVEN)),
     "carpet": (0.38, (6.0, 48.0, 0.16, EVEN)),
     "cloth": (0.34, (6.0, 200.0, 0.16, EVEN)),
     "skin": (0.62, (8.0, 60.0, 0.06, EVEN)),
-    "hair": (0.16, (6.0, 24.0, 0.25, (1.0, 1.0, 3.0))),
     "metal": (0.52, (6.0, 200.0, 0.10, EVEN)),
     "rust": (0.36, (6.0, 400.0, 0.28, EVEN)),
     "bark": (0.26, (10.0, 80.0, 0.35, (1.0, 1.0, 4.0))),
-    "leaves": (0.27, (16.0, 130.0, 0.55, EVEN)),
     "plastic": (0.22, (8.0, 60.0, 0.07, EVEN)),
     "clouds": (0.84, (6000.0, 96000.0, 0.10, (1.5, 1.5, 0.7))),
 }
 # A little of this lies on what has a picture, so that there is detail between its texels.
-OVER_PICTURES: _Grain = (6.0, 200.0, 0.05, EVEN)
+OVER_PICTURES: _Grain = (6.0, 96.0, 0.04, EVEN)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +90,7 @@ def brightness(
     shift = float(finishes.shifts[index])
     fine = footprint / scale
     result = tone * (1.0 + texture_values(material.grain, points / scale + shift, fine))
-    if material.picture is None or not is_flat(shape):
+    if material.picture is None:
         return np.asarray(result, dtype=np.float32)
     width, height = material.picture.size_mm
     size = (width * scale, height * scale)

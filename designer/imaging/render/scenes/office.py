@@ -75,8 +75,8 @@ def _on_wall(
         else:
             heights = (floor + 0.38 * tall, floor + 0.38 * tall + 1240.0)
             things.append(Thing(panel(azimuth, distance, 620.0, heights, float(aside)), f"poster.{(place + number) % 4}"))
-            upper = (floor + 0.86 * tall, floor + 0.97 * tall)
-            things.append(Thing(panel(azimuth, distance, 800.0, upper, float(aside)), "sign.0", 1.0))
+            shelf = block(azimuth, distance - 220.0, (860.0, 220.0), (floor + 0.85 * tall, floor + 0.85 * tall + 350.0), aside_mm=float(aside))
+            things.append(Thing(shelf, "books"))
     return things
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from designer.imaging.render.scenes.layout import DRAWN_REACH_MM, Thing, Volume, at, block, chord, level, panel, tree
-from designer.imaging.render.scenes.shapes import Cylinder, Ellipsoid, Sphere
+from designer.imaging.render.scenes.shapes import Cylinder, Ellipsoid, Rectangle, Sphere
 
 SENSOR_HEIGHT_MM = 1200.0
 SKY_MM = 100_000.0
@@ -35,7 +35,7 @@ def _structure(volume: Volume, azimuth: float, band: int, kind: int, ground: flo
         return _house(azimuth, distance, chord(distance, HOUSE_WIDE_DEG if band == 3 else WIDE_DEG), 0.3 * deep, (ground, top), band + kind)
     width = chord(distance, WIDE_DEG)
     if kind == 1:
-        return tree(azimuth, distance + 0.3 * width, ground, top + 0.12 * (top - ground), 1.25 * width)
+        return tree(azimuth, distance + 0.3 * width, (ground, top + 0.06 * (top - ground)), 1.2 * width)
     if kind == 2:
         if band == 2:
             return _water_tower(azimuth, distance, width, (ground, top))
@@ -57,18 +57,28 @@ def _structure(volume: Volume, azimuth: float, band: int, kind: int, ground: flo
 def _house(azimuth: float, distance: float, width: float, depth: float, heights: tuple[float, float], kind: int) -> list[Thing]:
     """A house front with a projecting roof and a chimney."""
     ground, top = heights
-    eaves = top - 0.14 * (top - max(ground, 0.0))
+    eaves = top - 0.2 * (top - max(ground, 0.0))
     walls = ("facade", "facade.1", "cladding", "facade.2")[kind % 4]
+    front = distance - 0.02 * distance
+    # The roof leans back from the eaves to the ridge.
+    up, back = (top - eaves) / 2.0, (depth + distance - front) / 2.0
+    lean = at(azimuth, back, up)
+    roof = Rectangle(at(azimuth, front + back, eaves + up), at(azimuth, 0.0, 0.0, 0.54 * width), lean)
+    gutter = at(azimuth, front, eaves, -0.54 * width), at(azimuth, front, eaves, 0.54 * width)
+    pipe = at(azimuth, distance - 0.015 * width, ground, -0.47 * width), at(azimuth, front, eaves, -0.47 * width)
+    chimney = block(azimuth, distance + 0.3 * depth, (0.16 * width, 0.16 * width), (eaves, 1.1 * top), aside_mm=0.25 * width)
     things = [
         Thing(block(azimuth, distance, (width, depth), (ground, eaves)), walls),
-        Thing(block(azimuth, distance - 0.02 * distance, (1.06 * width, depth), (eaves, top)), "roof_tiles", 1.1),
-        Thing(block(azimuth, distance + 0.1 * depth, (0.16 * width, 0.16 * width), (top, top + 0.12 * top), aside_mm=0.25 * width), "brick_wall"),
-        Thing(Cylinder(at(azimuth, distance - 0.01 * distance, ground, -0.47 * width), at(azimuth, distance - 0.01 * distance, eaves, -0.47 * width), 0.02 * width), "metal", 0.6),
+        Thing(roof, "roof_tiles", 1.2),
+        Thing(chimney, "brick_wall"),
+        Thing(Cylinder(*gutter, 0.02 * width), "metal", 0.6),
+        Thing(Cylinder(*pipe, 0.015 * width), "metal", 0.6),
     ]
     if walls == "cladding":
-        for row in range(2):
-            low = eaves * (0.15 + 0.45 * row)
-            things.append(Thing(panel(azimuth, distance - 6.0, 0.5 * width, (low, low + 0.28 * eaves)), f"window.{row}"))
+        for aside in (-0.24 * width, 0.24 * width):
+            for row in range(2):
+                low = eaves * (0.12 + 0.45 * row)
+                things.append(Thing(panel(azimuth, distance - 6.0, 0.3 * width, (low, low + 0.3 * eaves), aside), f"pane.{row}"))
     return things
 
 

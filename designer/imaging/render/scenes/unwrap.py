@@ -1,20 +1,17 @@
 """Places on surfaces as a picture that covers them counts them: mm right and mm up, as seen by who looks at them.
 
 Faces of boxes count from their lowest corner, so that what stands on the floor is drawn from the floor up. Round a
-cylinder a whole number of pictures is fitted, so that they meet without a seam; its ends are flat. Balls have no
-flat picture: their materials are patterns in space.
+cylinder or a ball a whole number of pictures is fitted, so that they meet without a seam; a cylinder's ends are flat.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from designer.imaging.render.scenes.shapes import Array, Box, Cylinder, Rectangle, Shape
+from designer.imaging.render.scenes.shapes import Array, Box, Cylinder, Ellipsoid, Point, Rectangle, Shape, Sphere
 
-
-def is_flat(shape: Shape) -> bool:
-    """Whether a picture covers the shape without being pulled out of shape."""
-    return isinstance(shape, Box | Cylinder | Rectangle)
+# Of the equator: circles nearer to a pole than this are as coarse as it.
+SMALLEST_CIRCLE = 1e-3
 
 
 def places_on(
@@ -28,7 +25,7 @@ def places_on(
     Raises
     ------
     TypeError
-        The shape has no flat faces (:func:`is_flat`).
+        There is no way known to cover such a shape.
     """
     match shape:
         case Rectangle():
@@ -37,7 +34,11 @@ def places_on(
             return _on_box(shape, points, normals, picture_mm, fitted)
         case Cylinder():
             return _on_cylinder(shape, points, normals, directions, picture_mm)
-    raise TypeError(f"{type(shape).__name__} has no flat face for a picture")
+        case Sphere(centre, radius):
+            return _on_ball(centre, (radius, radius, radius), 0.0, points, picture_mm, fitted)
+        case Ellipsoid(centre, radii, yaw_deg):
+            return _on_ball(centre, radii, yaw_deg, points, picture_mm, fitted)
+    raise TypeError(f"no picture is known to cover a {type(shape).__name__}")
 
 
 def _on_rectangle(
@@ -96,3 +97,20 @@ def _on_cylinder(
     end = np.abs(axis @ normals) > 0.5
     shrunk = np.full(points.shape[1], max(1.0, pictures * picture_mm[0] / round_it))
     return np.where(end, right, turn), np.where(end, ahead, along), shrunk
+
+
+def _on_ball(
+    centre: Point, radii: Point, yaw_deg: float, points: Array, picture_mm: tuple[float, float], fitted: bool
+) -> tuple[Array, Array, Array]:
+    """Right by azimuth, up by height: who looks along the yaw sees the middle of a fitted picture."""
+    offset = points - np.asarray(centre)[:, None]
+    cosine, sine = np.cos(np.radians(yaw_deg)), np.sin(np.radians(yaw_deg))
+    x, y = (cosine * offset[0] + sine * offset[1]) / radii[0], (cosine * offset[1] - sine * offset[0]) / radii[1]
+    equator = 2.0 * np.pi * np.sqrt(radii[0] * radii[1])
+    pictures = 1 if fitted else max(1, round(equator / picture_mm[0]))
+    stretch_up = picture_mm[1] / (2.0 * radii[2]) if fitted else 1.0
+    across = np.arctan2(y, x) / (2.0 * np.pi) * pictures * picture_mm[0]
+    # Towards the poles the picture is drawn together, and a pixel sees more of it.
+    from_axis = np.maximum(np.hypot(x, y), SMALLEST_CIRCLE)
+    shrunk = np.maximum(pictures * picture_mm[0] / (equator * from_axis), stretch_up)
+    return across, (offset[2] + radii[2]) * stretch_up, shrunk
