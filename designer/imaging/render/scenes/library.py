@@ -72,12 +72,18 @@ def build_world(
     if scene not in _DRAWN:
         raise InputError(f"scene {scene!r}: must be one of auto, {', '.join(SCENE_NAMES)}, or a mesh file")
     volume, scale = volume_of(design, sensor_height_mm)
-    things = _DRAWN[scene](volume)
+    # The nearest first: what they hide need not be looked for.
+    things = sorted(_DRAWN[scene](volume), key=_nearness)
     world = make_world(scene, [_placed(thing.shape, scale, middle) for thing in things], far, texture, seed)
     if texture != "natural":
         return world
     drawn_at = scale * 2.0 * np.pi * pipe_radius(volume) / PICTURE_MM if scene == "pipe" else scale
     return replace(world, finishes=_finishes(things, drawn_at, seed))
+
+
+def _nearness(thing: Thing) -> float:
+    centre, radius = thing.shape.bounding_disc()
+    return max(float(np.hypot(*centre)) - radius, 0.0)
 
 
 def _finishes(things: Sequence[Thing], scale: float, seed: int) -> Finishes:
