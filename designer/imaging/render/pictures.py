@@ -56,10 +56,8 @@ def make_picture(texels: Array, texel_mm: float) -> Picture:
         coarser = levels[-1]
         for axis in (0, 1):
             if coarser.shape[axis] > 1:
-                smooth = sum(
-                    weight * np.roll(coarser, shift, axis) for shift, weight in zip(range(-2, 3), HALVING_KERNEL)
-                )
-                coarser = np.asarray(smooth).take(range(0, coarser.shape[axis], 2), axis)
+                shifted = np.stack([np.roll(coarser, shift, axis) for shift in range(-2, 3)], axis=-1)
+                coarser = (shifted @ HALVING_KERNEL).take(range(0, coarser.shape[axis], 2), axis)
         levels.append(coarser)
     sizes = np.array([level.size for level in levels])
     return Picture(
@@ -105,4 +103,4 @@ def _interpolated(picture: Picture, level: NDArray[np.intp], across: Array, up: 
     texels = picture.texels
     lower = texels[bottom + columns[0]] * (1 - right) + texels[bottom + columns[1]] * right
     upper = texels[top + columns[0]] * (1 - right) + texels[top + columns[1]] * right
-    return lower * (1 - above) + upper * above
+    return np.asarray(lower * (1 - above) + upper * above)

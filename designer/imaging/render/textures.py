@@ -73,7 +73,11 @@ def make_texture(kind: str, extent_mm: float, seed: int = 0) -> Texture:
 
 
 def make_grain(
-    finest_mm: float, coarsest_mm: float, contrast: float, seed: int = 0, stretch: tuple[float, float, float] = (1, 1, 1)
+    finest_mm: float,
+    coarsest_mm: float,
+    contrast: float,
+    seed: int = 0,
+    stretch: tuple[float, float, float] = (1, 1, 1),
 ) -> Texture:
     """A texture with equal contrast in every octave between two wavelengths, that of a material.
 

@@ -1,4 +1,4 @@
-"""What stands on surfaces, drawn as grey images: bricks, boards, books, posters, windows, façades, pipe walls.
+"""What stands on surfaces, drawn as grey images: bricks, boards, books, posters, windows, pipe walls.
 
 Images are (rows, columns) from 0 to 1 with the lowest row first, sides powers of two, and repeat without a seam
 where a surface repeats them. Sizes are those of the things themselves, in mm.
@@ -73,7 +73,7 @@ def books(random: Random) -> Array:
             if random.random() < 0.06:
                 column += int(random.integers(8, 30))
     image[:, 506:] = 0.62
-    return np.clip(image, 0.03, 0.95)
+    return np.asarray(np.clip(image, 0.03, 0.95))
 
 
 def ceiling_tiles(random: Random) -> Array:
@@ -95,8 +95,8 @@ def floor_slabs(random: Random) -> Array:
     for lane in (40, 300):
         image[:, lane : lane + 13] = 0.86 - 0.1 * random.random((512, 13)) ** 4
     for dash in range(0, 512, 64):
-        image[dash : dash + 34, 168 : 176] = 0.9
-    return np.clip(image, 0.05, 0.95)
+        image[dash : dash + 34, 168:176] = 0.9
+    return np.asarray(np.clip(image, 0.05, 0.95))
 
 
 def poster(random: Random) -> Array:
@@ -114,7 +114,7 @@ def poster(random: Random) -> Array:
     _write(image, _word(random, 7), (18, 462), 34, 0.1)
     _print(random, image, (18, 20), (238, 186), 9)
     _frame(image, 5, 0.15)
-    return np.clip(image, 0.04, 0.95)
+    return np.asarray(np.clip(image, 0.04, 0.95))
 
 
 def notices(random: Random) -> Array:
@@ -132,7 +132,7 @@ def notices(random: Random) -> Array:
             image[row : row + 70, column : column + 50] = sheet
             image[row + 66 : row + 69, column + 24 : column + 27] = 0.1
     _frame(image, 7, 0.25)
-    return np.clip(image, 0.04, 0.95)
+    return np.asarray(np.clip(image, 0.04, 0.95))
 
 
 def whiteboard(random: Random) -> Array:
@@ -149,7 +149,7 @@ def whiteboard(random: Random) -> Array:
     curve = np.stack([np.linspace(130, 235, 60), 60 + 30 * np.sin(angles)], axis=-1).astype(np.int32)
     cv2.polylines(canvas, [curve], False, 0.2, 2)
     _frame(canvas, 7, 0.4)
-    return np.clip(canvas, 0.04, 0.95)
+    return np.asarray(np.clip(canvas, 0.04, 0.95))
 
 
 def screen(random: Random) -> Array:
@@ -163,7 +163,7 @@ def screen(random: Random) -> Array:
     curve = np.stack([np.arange(140, 240), 45 + 18 * np.sin(np.arange(100) / 8.0)], axis=-1).astype(np.int32)
     cv2.polylines(image, [curve], False, 0.9, 2)
     _frame(image, 6, 0.08)
-    return np.clip(image, 0.05, 0.95)
+    return np.asarray(np.clip(image, 0.05, 0.95))
 
 
 def window(random: Random) -> Array:
@@ -190,7 +190,7 @@ def window(random: Random) -> Array:
     for bar in (0, 150, 244):
         image[bar : bar + 12] = 0.82
         image[bar] = image[bar + 11] = 0.45
-    return np.clip(image, 0.05, 0.97)
+    return np.asarray(np.clip(image, 0.05, 0.97))
 
 
 def door(random: Random) -> Array:
@@ -206,7 +206,7 @@ def door(random: Random) -> Array:
     image[236:246, 226:244] = 0.9
     image[228:254, 234:240] = 0.12
     _frame(image, 10, 0.3)
-    return np.clip(image, 0.05, 0.95)
+    return np.asarray(np.clip(image, 0.05, 0.95))
 
 
 def cupboard(random: Random) -> Array:
@@ -220,7 +220,7 @@ def cupboard(random: Random) -> Array:
         image[bottom + 86 : bottom + 112, 96:160] = 0.92
         _write(image, _word(random, 4), (100, bottom + 92), 14, 0.15)
     image[:, :4] = image[:, -4:] = 0.18
-    return np.clip(image, 0.05, 0.95)
+    return np.asarray(np.clip(image, 0.05, 0.95))
 
 
 def rack(random: Random) -> Array:
@@ -243,7 +243,7 @@ def rack(random: Random) -> Array:
         image[:, upright : upright + 12] = 0.62
         image[::16, upright + 4 : upright + 8] = 0.15
         image[1::16, upright + 4 : upright + 8] = 0.15
-    return np.clip(image, 0.04, 0.95)
+    return np.asarray(np.clip(image, 0.04, 0.95))
 
 
 def cartons(random: Random) -> Array:
@@ -253,7 +253,7 @@ def cartons(random: Random) -> Array:
         edges = np.sort(random.choice(np.arange(2, 7), 2, replace=False)) * 32
         for left, right in zip((0, *edges), (*edges, 256), strict=True):
             image[row : row + 64, left:right] = _carton(random, (64, int(right - left)))
-    return np.clip(image, 0.05, 0.95)
+    return np.asarray(np.clip(image, 0.05, 0.95))
 
 
 def sign(random: Random) -> Array:
@@ -266,7 +266,7 @@ def sign(random: Random) -> Array:
     _print(random, image, (24, 24), (232, 110), 16, ink)
     _frame(image, 8, 0.5)
     image += 0.03 * _blotches(random, (512, 256), 40)
-    return np.clip(image, 0.04, 0.95)
+    return np.asarray(np.clip(image, 0.04, 0.95))
 
 
 def cladding(random: Random) -> Array:
@@ -278,24 +278,7 @@ def cladding(random: Random) -> Array:
     image[::256] = 0.25
     image[16::256, 16::32] = 0.2
     image[17::256, 16::32] = 0.85
-    return np.clip(image, 0.05, 0.95)
-
-
-def facade(random: Random) -> Array:
-    """A house front of bricks with two rows of windows, 4 m by 4 m at 8 mm to a texel."""
-    wall = brick_wall(random)
-    fine = np.vstack([wall, wall])
-    image = np.tile(cv2.resize(fine, (256, 256), interpolation=cv2.INTER_AREA), (2, 2))
-    for bottom in (60, 316):
-        for left in (38, 208, 378):
-            image[bottom - 10 : bottom, left - 8 : left + 104] = 0.78
-            pane = np.full((150, 96), 0.16) + 0.2 * _blotches(random, (256, 128), 60)[:150, :96]
-            pane[:, :12] = pane[:, -14:] = random.uniform(0.5, 0.75)
-            pane[:6] = pane[-6:] = pane[90:96] = 0.88
-            pane[:, :5] = pane[:, -5:] = pane[:, 45:51] = 0.88
-            image[bottom : bottom + 150, left : left + 96] = pane
-            image[bottom + 150 : bottom + 166, left - 6 : left + 102] = 0.66
-    return np.clip(image, 0.05, 0.95)
+    return np.asarray(np.clip(image, 0.05, 0.95))
 
 
 def roof_tiles(random: Random) -> Array:
@@ -303,7 +286,9 @@ def roof_tiles(random: Random) -> Array:
     rows, columns = np.indices((256, 256))
     image = 0.22 + 0.2 * (rows % 32) / 32.0 + 0.06 * np.cos(2 * np.pi * columns / 32.0)
     tones = random.uniform(-0.07, 0.07, (8, 8))
-    return np.clip(image + np.kron(tones, np.ones((32, 32))) + 0.03 * _speckle(random, (256, 256), 1), 0.05, 0.95)
+    return np.asarray(
+        np.clip(image + np.kron(tones, np.ones((32, 32))) + 0.03 * _speckle(random, (256, 256), 1), 0.05, 0.95)
+    )
 
 
 def lattice(random: Random) -> Array:
@@ -316,7 +301,7 @@ def lattice(random: Random) -> Array:
         image[bottom + 60 : bottom + 70, 54:74] = 0.18
     image[:, :10] = image[:, -10:] = 0.2
     image[::16, 3:6] = image[::16, -6:-3] = 0.6
-    return np.clip(image + 0.02 * _speckle(random, image.shape, 1), 0.05, 0.95)
+    return np.asarray(np.clip(image + 0.02 * _speckle(random, image.shape, 1), 0.05, 0.95))
 
 
 def pipe_wall(random: Random) -> Array:
@@ -348,7 +333,7 @@ def pipe_wall(random: Random) -> Array:
         image[108:111, column : column + 170] = 0.92
         for mark in range(0, 171, 10):
             image[108 : 116 + 5 * (mark % 50 == 0), column + mark : column + mark + 3] = 0.92
-    return np.clip(image, 0.05, 0.95)
+    return np.asarray(np.clip(image, 0.05, 0.95))
 
 
 def shirt(random: Random) -> Array:
@@ -373,7 +358,7 @@ def face(random: Random) -> Array:
     image[48:52, 58:70] = 0.45
     image[50:70, 66:69] = 0.54
     image[35:39, 54:74] = 0.32
-    return np.clip(image, 0.05, 0.95)
+    return np.asarray(np.clip(image, 0.05, 0.95))
 
 
 def leaves(random: Random) -> Array:
@@ -388,7 +373,7 @@ def leaves(random: Random) -> Array:
                 place = (int(centre[0]) + shift_x + 128, int(centre[1]) + shift_y + 128)
                 if -16 < place[0] < 528 and -16 < place[1] < 528:
                     cv2.ellipse(canvas, place, axes, angle, 0.0, 360.0, float(tone), -1)
-    return np.clip(canvas[128:384, 128:384], 0.05, 0.95)
+    return np.asarray(np.clip(canvas[128:384, 128:384], 0.05, 0.95))
 
 
 def pane(random: Random) -> Array:
@@ -402,7 +387,7 @@ def pane(random: Random) -> Array:
     for bar in (0, 60, 119):
         image[:, bar : bar + 9] = 0.88
     _frame(image, 3, 0.4)
-    return np.clip(image, 0.05, 0.95)
+    return np.asarray(np.clip(image, 0.05, 0.95))
 
 
 def _about(random: Random, side: int, reach: int) -> NDArray[np.intp]:
@@ -496,7 +481,7 @@ ARTWORK: dict[str, Callable[[Random], Array]] = {
     artwork.__name__: artwork
     for artwork in (
         brick_wall, boards, wood, books, ceiling_tiles, floor_slabs, poster, notices, whiteboard, screen, window, door,
-        cupboard, rack, cartons, sign, cladding, facade, roof_tiles, lattice, pipe_wall, shirt,
+        cupboard, rack, cartons, sign, cladding, roof_tiles, lattice, pipe_wall, shirt,
         face, leaves, pane,
     )
 }  # fmt: skip

@@ -1,4 +1,4 @@
-"""A warehouse as a sensor under its ceiling sees it: racks, columns and signs, a deck with people and pallets, lanes."""
+"""A warehouse as a sensor under its ceiling sees it: racks, columns, signs, a deck with lanes, people and pallets."""
 
 from __future__ import annotations
 
@@ -62,10 +62,20 @@ def _shell(walls: list[float], floor: float, roof: float) -> list[Thing]:
         for place, window_aside in enumerate(np.arange(-left + 900.0, right - 500.0, 1500.0)):
             tall = min(1150.0, 0.3 * (roof - floor))
             bottom = min(roof - 1.2 * tall, -0.9 * tall - 150.0)
-            things.append(Thing(panel(azimuth, distance - 8.0, 1300.0, (bottom, bottom + tall), float(window_aside)), f"window.{place % 2}"))
+            things.append(
+                Thing(
+                    panel(azimuth, distance - 8.0, 1300.0, (bottom, bottom + tall), float(window_aside)),
+                    f"window.{place % 2}",
+                )
+            )
             if place % 2 and number > 1:
                 heights = (floor + 0.25 * (bottom - floor), floor + 0.85 * (bottom - floor))
-                things.append(Thing(panel(azimuth, distance - 8.0, 0.45 * (heights[1] - heights[0]), heights, float(window_aside)), "sign.1"))
+                things.append(
+                    Thing(
+                        panel(azimuth, distance - 8.0, 0.45 * (heights[1] - heights[0]), heights, float(window_aside)),
+                        "sign.1",
+                    )
+                )
         for height in (0.3, 0.42, 0.9):
             z = floor * height
             pipe = at(azimuth, distance - 90.0, z, -left), at(azimuth, distance - 90.0, z, right)
@@ -114,7 +124,11 @@ def _equipment(volume: Volume, azimuth: float, band: int, kind: int, floor: floa
         radius = width / 2.0
         tank = Cylinder(at(azimuth, distance + radius, floor), at(azimuth, distance + radius, top), radius)
         ladder = [
-            Thing(Cylinder(at(azimuth, distance - 20.0, floor, side), at(azimuth, distance - 20.0, top, side), 16.0), "paint", 1.4)
+            Thing(
+                Cylinder(at(azimuth, distance - 20.0, floor, side), at(azimuth, distance - 20.0, top, side), 16.0),
+                "paint",
+                1.4,
+            )
             for side in (-70.0, 70.0)
         ]
         return [Thing(tank, "cladding", 1.1), *ladder]
@@ -126,7 +140,11 @@ def _equipment(volume: Volume, azimuth: float, band: int, kind: int, floor: floa
         ]
     bottom = max(floor, volume.bottom(distance))
     hung = [
-        Thing(Cylinder(at(azimuth, distance + 15.0, top, side), at(azimuth, distance + 15.0, roof, side), 8.0), "metal", 0.6)
+        Thing(
+            Cylinder(at(azimuth, distance + 15.0, top, side), at(azimuth, distance + 15.0, roof, side), 8.0),
+            "metal",
+            0.6,
+        )
         for side in (-0.4 * width, 0.4 * width)
     ]
     # A sign hangs there, or a crate from a crane.
@@ -141,9 +159,35 @@ def _goods(volume: Volume, azimuth: float, quarter: int, ground: float, edge: fl
     things: list[Thing] = []
     for turn, further, tall in ((-5.5, 0.0, 500.0), (4.5, 450.0, 800.0)):
         place, width = azimuth + turn, min(750.0, chord(distance, STACK_WIDE_DEG))
-        things.append(Thing(block(place, distance + further, (width, width), (ground + 130.0, ground + 130.0 + tall), turn_deg=17.0), f"cartons.{quarter % 2}"))
-        things.append(Thing(block(place, distance + further - 30.0, (width + 60.0, width + 60.0), (ground, ground + 130.0), turn_deg=17.0), "wood", 1.2))
+        things.append(
+            Thing(
+                block(
+                    place, distance + further, (width, width), (ground + 130.0, ground + 130.0 + tall), turn_deg=17.0
+                ),
+                f"cartons.{quarter % 2}",
+            )
+        )
+        things.append(
+            Thing(
+                block(
+                    place,
+                    distance + further - 30.0,
+                    (width + 60.0, width + 60.0),
+                    (ground, ground + 130.0),
+                    turn_deg=17.0,
+                ),
+                "wood",
+                1.2,
+            )
+        )
     tallest = min(PERSON_MM, max(300.0, -0.8 * ground))
     for turn, further in ((0.5, -120.0), (9.0, 250.0), (-11.0, 350.0)):
-        things += person(azimuth + turn, distance + further, ground, (0.6, 1.6, 1.0, 2.2)[(quarter + int(turn)) % 4], tallest, PERSON_WIDE_DEG)
+        things += person(
+            azimuth + turn,
+            distance + further,
+            ground,
+            (0.6, 1.6, 1.0, 2.2)[(quarter + int(turn)) % 4],
+            tallest,
+            PERSON_WIDE_DEG,
+        )
     return things

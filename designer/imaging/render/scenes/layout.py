@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from designer.design import Design
-from designer.imaging.render.scenes.shapes import Box, Cylinder, Ellipsoid, Point, Rectangle, Shape, Sphere
+from designer.imaging.render.scenes.shapes import Box, Cylinder, Ellipsoid, Point, Rectangle, Shape
 
 DRAWN_REACH_MM = 5000.0
 # Bands of equal ratio between the nearest and the farthest distance: as many as the end-to-end check judges.
@@ -107,7 +107,9 @@ def panel(
     """An upright rectangle that faces the middle."""
     bottom, top = heights_mm
     right = at(azimuth_deg, 0.0, 0.0, width_mm / 2.0)
-    return Rectangle(at(azimuth_deg, distance_mm, (bottom + top) / 2.0, aside_mm), right, (0.0, 0.0, (top - bottom) / 2.0))
+    return Rectangle(
+        at(azimuth_deg, distance_mm, (bottom + top) / 2.0, aside_mm), right, (0.0, 0.0, (top - bottom) / 2.0)
+    )
 
 
 def level(centre: Point, width_mm: float, depth_mm: float, azimuth_deg: float = 0.0) -> Rectangle:
@@ -120,7 +122,9 @@ def chord(distance_mm: float, wide_deg: float) -> float:
     return float(2.0 * distance_mm * np.tan(np.radians(wide_deg) / 2.0))
 
 
-def person(azimuth_deg: float, distance_mm: float, floor_mm: float, tone: float, tallest_mm: float, wide_deg: float) -> list[Thing]:
+def person(
+    azimuth_deg: float, distance_mm: float, floor_mm: float, tone: float, tallest_mm: float, wide_deg: float
+) -> list[Thing]:
     """A person who stands at a place, no taller than ``tallest_mm`` nor wider than ``wide_deg``."""
     scale = min(1.0, tallest_mm / PERSON_MM, chord(distance_mm, wide_deg) / PERSON_WIDTH_MM)
 
@@ -143,7 +147,11 @@ def person(azimuth_deg: float, distance_mm: float, floor_mm: float, tone: float,
             limb(place(205 * side, 1380), place(235 * side, 1080, 20), 55.0, coat, tone),
             limb(place(235 * side, 1080, 20), place(190 * side, 860, 120), 45.0, "skin"),
             limb(place(85 * side, 60), place(80 * side, 900), 82.0, "cloth", 0.6),
-            Thing(Ellipsoid(place(90 * side, 45, 50), (scale * 130.0, scale * 55.0, scale * 45.0), azimuth_deg), "plastic", 0.6),
+            Thing(
+                Ellipsoid(place(90 * side, 45, 50), (scale * 130.0, scale * 55.0, scale * 45.0), azimuth_deg),
+                "plastic",
+                0.6,
+            ),
         ]
     return things
 
@@ -155,7 +163,9 @@ def plant(azimuth_deg: float, distance_mm: float, heights_mm: tuple[float, float
     rim = bottom + min(0.2 * tall, 0.8 * wide_mm)
 
     def upright(low: float, high: float, radius: float, material: str) -> Thing:
-        return Thing(Cylinder(at(azimuth_deg, distance_mm, low), at(azimuth_deg, distance_mm, high), radius), material, 1.4)
+        return Thing(
+            Cylinder(at(azimuth_deg, distance_mm, low), at(azimuth_deg, distance_mm, high), radius), material, 1.4
+        )
 
     return [
         upright(bottom, rim, 0.27 * wide_mm, "rust"),
@@ -171,7 +181,7 @@ def tree(azimuth_deg: float, distance_mm: float, heights_mm: tuple[float, float]
     crown = (ground + 0.25 * (top - ground), top)
     return [
         Thing(Cylinder(start, end, 0.07 * wide_mm), "bark"),
-        *_foliage(azimuth_deg, distance_mm, crown, wide_mm, 18),
+        *_foliage(azimuth_deg, distance_mm, crown, wide_mm, 22),
     ]
 
 
@@ -183,11 +193,13 @@ def _foliage(
     things = []
     for number in range(balls):
         up = (number + 0.5) / balls
-        size = wide_mm * (0.2 + 0.05 * np.sin(5.0 * number))
+        size = wide_mm * (0.25 + 0.05 * np.sin(5.0 * number))
         out = max(0.0, 0.5 * wide_mm * np.sin(np.pi * (0.12 + 0.8 * up)) ** 0.7 - size)
         turn = 2.4 * number
         centre = at(azimuth_deg, distance_mm + out * np.cos(turn), bottom + (top - bottom) * up, out * np.sin(turn))
         half_tall = min(1.2 * size, (top - bottom) * min(up, 1.0 - up) + 0.4 * size)
         tall = max(half_tall, 0.75 * (top - bottom) / balls * 2.4)
-        things.append(Thing(Ellipsoid(centre, (size, size, tall)), "leaves", 0.85 + 0.4 * up + 0.15 * np.cos(7.0 * number)))
+        things.append(
+            Thing(Ellipsoid(centre, (size, size, tall)), "leaves", 0.85 + 0.4 * up + 0.15 * np.cos(7.0 * number))
+        )
     return things

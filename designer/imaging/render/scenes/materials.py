@@ -11,14 +11,19 @@ import numpy as np
 from designer.imaging.render.pictures import Picture, make_picture, picture_values
 from designer.imaging.render.scenes.artwork import ARTWORK
 from designer.imaging.render.scenes.shapes import Array, Shape
-from designer.imaging.render.scenes.unwrap import places_on
+from designer.imaging.render.scenes.unwrap import Fit, places_on
 from designer.imaging.render.textures import Floats, Texture, make_grain, texture_values
 
-# Sides of a texel in mm; a picture that is fitted covers each face once, others repeat.
+# Sides of a texel in mm.
 TEXEL_MM = {"books": 2.0, "poster": 2.0, "screen": 2.0, "cupboard": 2.0, "sign": 2.0, "shirt": 2.0,
-            "floor_slabs": 8.0, "facade": 8.0, "pipe_wall": 1.5, "face": 4.0, "leaves": 2.0}  # fmt: skip
+            "floor_slabs": 8.0, "pipe_wall": 1.5, "face": 4.0, "leaves": 2.0}  # fmt: skip
 USUAL_TEXEL_MM = 4.0
-FITTED = frozenset({"poster", "notices", "whiteboard", "screen", "window", "door", "cupboard", "sign", "face", "pane"})
+FITS: dict[str, Fit] = {
+    **dict.fromkeys(
+        ("poster", "notices", "whiteboard", "screen", "window", "door", "cupboard", "sign", "face", "pane"), "whole"
+    ),
+    "lattice": "across",
+}
 # Finest and coarsest wavelength in mm, contrast, and how the grain is drawn out along x, y and z.
 _Grain = tuple[float, float, float, tuple[float, float, float]]
 EVEN = (1.0, 1.0, 1.0)
@@ -34,7 +39,7 @@ GRAINS: dict[str, tuple[float, _Grain]] = {
     "rust": (0.36, (6.0, 400.0, 0.28, EVEN)),
     "bark": (0.26, (10.0, 80.0, 0.35, (1.0, 1.0, 4.0))),
     "plastic": (0.22, (8.0, 60.0, 0.07, EVEN)),
-    "clouds": (0.84, (6000.0, 96000.0, 0.10, (1.5, 1.5, 0.7))),
+    "clouds": (0.76, (6000.0, 96000.0, 0.10, (1.5, 1.5, 0.7))),
 }
 # A little of this lies on what has a picture, so that there is detail between its texels.
 OVER_PICTURES: _Grain = (6.0, 96.0, 0.04, EVEN)
@@ -47,7 +52,7 @@ class Material:
     tone: float
     grain: Texture
     picture: Picture | None = None
-    is_fitted: bool = False
+    fit: Fit = "repeated"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,7 +80,7 @@ def make_material(name: str, seed: int = 0) -> Material:
     finest, coarsest, contrast, stretch = OVER_PICTURES
     picture = make_picture(texels, TEXEL_MM.get(kind, USUAL_TEXEL_MM))
     grain = make_grain(finest, coarsest, contrast, seed + random_seed, stretch)
-    return Material(1.0, grain, picture, kind in FITTED)
+    return Material(1.0, grain, picture, FITS.get(kind, "repeated"))
 
 
 def brightness(
@@ -94,6 +99,6 @@ def brightness(
         return np.asarray(result, dtype=np.float32)
     width, height = material.picture.size_mm
     size = (width * scale, height * scale)
-    across, up, shrunk = places_on(shape, points, normals, directions, size, material.is_fitted)
-    sideways = 0.0 if material.is_fitted else shift
+    across, up, shrunk = places_on(shape, points, normals, directions, size, material.fit)
+    sideways = shift if material.fit == "repeated" else 0.0
     return np.asarray(result * picture_values(material.picture, across / scale + sideways, up / scale, fine * shrunk))

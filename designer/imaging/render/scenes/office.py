@@ -6,6 +6,7 @@ import numpy as np
 
 from designer.imaging.render.scenes.layout import (
     DRAWN_REACH_MM,
+    PERSON_MM,
     Thing,
     Volume,
     at,
@@ -49,13 +50,34 @@ def _room(volume: Volume, floor: float, ceiling: float) -> list[Thing]:
         azimuth = 90.0 * number
         left, right = walls[(number + 1) % 4], walls[number - 1]
         # Each wall reaches from its neighbour to the other, a millionth over.
-        wall = panel(azimuth, distance, (left + right) * (1.0 + 1e-6), (middle - half_height, middle + half_height), (right - left) / 2.0)
+        wall = panel(
+            azimuth,
+            distance,
+            (left + right) * (1.0 + 1e-6),
+            (middle - half_height, middle + half_height),
+            (right - left) / 2.0,
+        )
         things.append(Thing(wall, "brick_wall" if number == 2 else "plaster", 1.0 if number != 3 else 0.85))
-        things.append(Thing(block(azimuth, distance - 12.0, (left + right, 10.0), (floor, floor + 110.0), aside_mm=(right - left) / 2.0), "wood", 0.8))
+        things.append(
+            Thing(
+                block(
+                    azimuth,
+                    distance - 12.0,
+                    (left + right, 10.0),
+                    (floor, floor + 110.0),
+                    aside_mm=(right - left) / 2.0,
+                ),
+                "wood",
+                0.8,
+            )
+        )
         things += _on_wall(azimuth, distance - 8.0, (left, right), floor, ceiling, number)
     across = level((0.0, 0.0, floor), 2.2 * max(walls), 2.2 * max(walls))
     above = level((0.0, 0.0, ceiling), 2.2 * max(walls), 2.2 * max(walls))
-    lamps = [Thing(level(at(90.0 * turn + 45.0, 2600.0, ceiling - 4.0), 300.0, 1200.0, 45.0), "paint", 1.6) for turn in range(4)]
+    lamps = [
+        Thing(level(at(90.0 * turn + 45.0, 2600.0, ceiling - 4.0), 300.0, 1200.0, 45.0), "paint", 1.6)
+        for turn in range(4)
+    ]
     return [*things, Thing(across, "boards"), Thing(above, "ceiling_tiles"), *lamps]
 
 
@@ -74,8 +96,16 @@ def _on_wall(
             things.append(Thing(panel(azimuth, distance, 950.0, (floor, floor + 2050.0), float(aside)), "door"))
         else:
             heights = (floor + 0.38 * tall, floor + 0.38 * tall + 1240.0)
-            things.append(Thing(panel(azimuth, distance, 620.0, heights, float(aside)), f"poster.{(place + number) % 4}"))
-            shelf = block(azimuth, distance - 220.0, (860.0, 220.0), (floor + 0.85 * tall, floor + 0.85 * tall + 350.0), aside_mm=float(aside))
+            things.append(
+                Thing(panel(azimuth, distance, 620.0, heights, float(aside)), f"poster.{(place + number) % 4}")
+            )
+            shelf = block(
+                azimuth,
+                distance - 220.0,
+                (860.0, 220.0),
+                (floor + 0.85 * tall, floor + 0.85 * tall + 350.0),
+                aside_mm=float(aside),
+            )
             things.append(Thing(shelf, "books"))
     return things
 
@@ -93,7 +123,11 @@ def _furniture(volume: Volume, azimuth: float, band: int, kind: int, room: tuple
             Thing(block(azimuth, distance, (width, depth), heights), "books"),
             Thing(block(azimuth, distance - 6.0, (width, depth + 8.0), (top, min(top + 45.0, ceiling))), "wood"),
             *(
-                Thing(block(azimuth, distance - 6.0, (30.0, depth), heights, aside_mm=side * (width / 2.0 - 15.0)), "wood", 0.8)
+                Thing(
+                    block(azimuth, distance - 6.0, (30.0, depth), heights, aside_mm=side * (width / 2.0 - 15.0)),
+                    "wood",
+                    0.8,
+                )
                 for side in (-1.0, 1.0)
             ),
         ]
@@ -111,20 +145,28 @@ def _furniture(volume: Volume, azimuth: float, band: int, kind: int, room: tuple
         return [
             Thing(block(azimuth, distance, (width, 40.0), (sill, top)), board),
             *(
-                Thing(Cylinder(at(azimuth, distance + 20.0, floor, side), at(azimuth, distance + 20.0, top, side), 18.0), "metal")
+                Thing(
+                    Cylinder(at(azimuth, distance + 20.0, floor, side), at(azimuth, distance + 20.0, top, side), 18.0),
+                    "metal",
+                )
                 for side in (-0.47 * width, 0.47 * width)
             ),
             Thing(block(azimuth, distance + 5.0, (width, 30.0), (floor, sill)), "carpet"),
         ]
-    things = person(azimuth - 4.0, distance, floor, (0.7, 1.5, 1.1)[band], 1e9, 14.0)
-    return things + plant(azimuth + 5.5, distance + 60.0, (floor, max(volume.top(distance), floor + 1500.0)), chord(distance, 11.0))
+    things = person(azimuth - 4.0, distance, floor, (0.7, 1.5, 1.1)[band], PERSON_MM, 21.0)
+    return things + plant(
+        azimuth + 6.5, distance + 60.0, (floor, max(volume.top(distance), floor + 1500.0)), chord(distance, 11.0)
+    )
 
 
 def _ornaments(azimuth: float, distance: float, height: float, width: float) -> list[Thing]:
     size = min(110.0, width / 6.0)
     return [
         Thing(Sphere(at(azimuth, distance, height + size, -width / 4.0), size), "paint"),
-        Thing(block(azimuth, distance, (2.0 * size, 1.6 * size), (height, height + 2.2 * size), aside_mm=width / 5.0), "cartons"),
+        Thing(
+            block(azimuth, distance, (2.0 * size, 1.6 * size), (height, height + 2.2 * size), aside_mm=width / 5.0),
+            "cartons",
+        ),
     ]
 
 
@@ -135,22 +177,41 @@ def _desk(azimuth: float, distance: float, floor: float, kind: int) -> list[Thin
     things = [
         Thing(block(azimuth, distance, (width, depth), (height - 35.0, height)), "wood", 1.2),
         *(
-            Thing(block(azimuth, distance + 30.0, (60.0, depth - 60.0), (floor, height - 35.0), aside_mm=side), "metal", 0.8)
+            Thing(
+                block(azimuth, distance + 30.0, (60.0, depth - 60.0), (floor, height - 35.0), aside_mm=side),
+                "metal",
+                0.8,
+            )
             for side in (-0.46 * width, 0.46 * width)
         ),
     ]
     for number, side in enumerate((-0.24 * width, 0.24 * width)[: 1 + kind % 2]):
-        screen: Box = block(azimuth, distance + 0.45 * depth, (560.0 * size, 40.0), (height + 110.0, height + 440.0), aside_mm=side)
+        screen: Box = block(
+            azimuth, distance + 0.45 * depth, (560.0 * size, 40.0), (height + 110.0, height + 440.0), aside_mm=side
+        )
         foot = at(azimuth, distance + 0.5 * depth, height, side)
         things += [
             Thing(screen, f"screen.{number}"),
             Thing(Cylinder(foot, (foot[0], foot[1], height + 120.0), 35.0), "plastic"),
         ]
-    things.append(Thing(block(azimuth, distance + 90.0, (260.0 * size, 190.0), (height, height + 60.0), aside_mm=0.36 * width), "books"))
+    things.append(
+        Thing(
+            block(azimuth, distance + 90.0, (260.0 * size, 190.0), (height, height + 60.0), aside_mm=0.36 * width),
+            "books",
+        )
+    )
     seat = at(azimuth, distance - 240.0, floor + 460.0, -0.1 * width)
     return [
         *things,
         Thing(Cylinder((seat[0], seat[1], floor + 60.0), (seat[0], seat[1], floor + 430.0), 32.0), "metal", 0.7),
-        Thing(block(azimuth, distance - 420.0, (440.0, 420.0), (floor + 430.0, floor + 500.0), aside_mm=-0.1 * width), "cloth", 0.8),
-        Thing(block(azimuth, distance - 440.0, (420.0, 60.0), (floor + 560.0, floor + 980.0), aside_mm=-0.1 * width), "cloth", 0.9),
+        Thing(
+            block(azimuth, distance - 420.0, (440.0, 420.0), (floor + 430.0, floor + 500.0), aside_mm=-0.1 * width),
+            "cloth",
+            0.8,
+        ),
+        Thing(
+            block(azimuth, distance - 440.0, (420.0, 60.0), (floor + 560.0, floor + 980.0), aside_mm=-0.1 * width),
+            "cloth",
+            0.9,
+        ),
     ]

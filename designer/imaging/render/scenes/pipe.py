@@ -46,13 +46,25 @@ def pipe(volume: Volume) -> list[Thing]:
     for bolt in range(8):
         around = 2.0 * np.pi * bolt / 8.0
         place = on_wall(24.0 + np.degrees(0.81 * size * np.cos(around) / radius), 0.0, 0.85 * lump)
-        things.append(Thing(Sphere((place[0], place[1], collar[2] + 0.81 * size * np.sin(around)), 0.12 * size), "metal", 0.7))
+        things.append(
+            Thing(Sphere((place[0], place[1], collar[2] + 0.81 * size * np.sin(around)), 0.12 * size), "metal", 0.7)
+        )
     # A cable along the pipe, held by clips, and a rod across.
-    things.append(Thing(Cylinder(on_wall(215.0, -3.0, 0.2 * lump), on_wall(215.0, 3.0, 0.2 * lump), 0.25 * lump), "plastic", 1.5))
+    things.append(
+        Thing(Cylinder(on_wall(215.0, -3.0, 0.2 * lump), on_wall(215.0, 3.0, 0.2 * lump), 0.25 * lump), "plastic", 1.5)
+    )
     for height in (-0.8, 0.0, 0.8):
         start, end = on_wall(211.0, height, 0.25 * lump), on_wall(219.0, height, 0.25 * lump)
         things.append(Thing(Cylinder(start, end, 0.28 * lump), "metal", 1.3))
     # Deposits, flat against the wall.
-    for azimuth, height, wide in ((-60.0, -0.4, 1.3), (-48.0, 0.3, 0.8), (75.0, -0.5, 1.1), (130.0, 0.3, 0.7), (-95.0, 0.5, 0.9)):
-        things.append(Thing(Ellipsoid(on_wall(azimuth, height), (0.4 * lump, wide * lump, 0.5 * wide * lump), azimuth), "rust"))
+    for azimuth, height, wide in (
+        (-60.0, -0.4, 1.3),
+        (-48.0, 0.3, 0.8),
+        (75.0, -0.5, 1.1),
+        (130.0, 0.3, 0.7),
+        (-95.0, 0.5, 0.9),
+    ):
+        things.append(
+            Thing(Ellipsoid(on_wall(azimuth, height), (0.4 * lump, wide * lump, 0.5 * wide * lump), azimuth), "rust")
+        )
     return things

@@ -95,14 +95,14 @@ def first_surfaces(world: World, points: Array, directions: Array) -> Hits:
     ends = np.full(count, np.inf)
     for index, rays, nearest, lowest, highest in _candidates(world.bounds, azimuth, starts):
         may_meet = (slope[rays] >= lowest) & (slope[rays] <= highest) & (ends[rays] >= nearest)
-        chosen: slice | Indices = rays
-        if not may_meet.all():
-            chosen = np.flatnonzero(may_meet) + rays.start
-            if not chosen.size:
-                continue
-        reached = world.shapes[index].distances(starts[:, chosen], ahead[:, chosen])
-        nearer = np.flatnonzero(reached < found[chosen])
-        met = nearer + rays.start if isinstance(chosen, slice) else chosen[nearer]
+        chosen = np.flatnonzero(may_meet) + rays.start
+        if not chosen.size:
+            continue
+        # A slice takes no copy.
+        taken = rays if chosen.size == may_meet.size else chosen
+        reached = world.shapes[index].distances(starts[:, taken], ahead[:, taken])
+        nearer = np.flatnonzero(reached < found[taken])
+        met = chosen[nearer]
         found[met], found_surface[met] = reached[nearer], index
         ends[met] = found[met] * level[met]
     distance, surface = np.empty(count), np.empty(count, dtype=np.intp)
