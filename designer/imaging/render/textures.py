@@ -72,26 +72,17 @@ def make_texture(kind: str, extent_mm: float, seed: int = 0) -> Texture:
     return Texture(_octaves(random, COARSEST_WAVELENGTH * extent_mm, count, contrast))
 
 
-def make_grain(
-    finest_mm: float,
-    coarsest_mm: float,
-    contrast: float,
-    seed: int = 0,
-    stretch: tuple[float, float, float] = (1, 1, 1),
-) -> Texture:
+def make_grain(finest_mm: float, coarsest_mm: float, contrast: float, seed: int = 0) -> Texture:
     """A texture with equal contrast in every octave between two wavelengths, that of a material.
 
-    ``contrast`` is its standard deviation, before the ends are rounded off; ``stretch`` draws it out along the axes,
-    as wood is along its fibres.
+    ``contrast`` is its standard deviation, before the ends are rounded off.
     """
     random = np.random.default_rng([seed, 0x64A1])
     count = max(1, round(np.log2(coarsest_mm / finest_mm)))
-    return Texture(_octaves(random, coarsest_mm, count, contrast, np.array(stretch, dtype=float)))
+    return Texture(_octaves(random, coarsest_mm, count, contrast))
 
 
-def _octaves(
-    random: np.random.Generator, coarsest_mm: float, count: int, contrast: float, stretch: Array | None = None
-) -> tuple[Octave, ...]:
+def _octaves(random: np.random.Generator, coarsest_mm: float, count: int, contrast: float) -> tuple[Octave, ...]:
     # Independent waves of amplitude a have variance a^2 / 2 each.
     amplitude = contrast * np.sqrt(2.0 / (count * WAVES_PER_OCTAVE))
     octaves = []
@@ -99,8 +90,6 @@ def _octaves(
         longest = coarsest_mm / 2.0**octave
         finer = 2.0 ** ((random.permutation(WAVES_PER_OCTAVE) + random.random(WAVES_PER_OCTAVE)) / WAVES_PER_OCTAVE)
         waves = _even_headings(random) * (2.0 * np.pi / longest * finer)
-        if stretch is not None:
-            waves = waves / stretch[:, None]
         phases = random.uniform(0.0, 2.0 * np.pi, WAVES_PER_OCTAVE)
         octaves.append(_octave(waves, phases, amplitude))
     return tuple(octaves)

@@ -10,23 +10,31 @@ from collections.abc import Callable
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Random = np.random.Generator
-
-LETTERS = np.array(list("ABCDEFGHIKLMNOPRSTUVWXYZ"))
+from designer.imaging.render.scenes.brushes import (
+    LETTERS,
+    Array,
+    Random,
+    blotches,
+    fibres,
+    frame,
+    print_lines,
+    speckle,
+    texels_about,
+    word,
+    write,
+)
 
 
 def brick_wall(random: Random) -> Array:
     """Running bond of 256 mm bricks in courses of 64 mm, 2 m wide and 1 m high at 4 mm to a texel."""
-    image = np.full((256, 512), 0.56) + 0.02 * _speckle(random, (256, 512), 1)
+    image = np.full((256, 512), 0.56) + 0.02 * speckle(random, (256, 512), 1)
     for course in range(16):
         for brick in range(8):
             left = 64 * brick + 32 * (course % 2)
             columns = np.arange(left + 1, left + 63) % 512
             tone = 0.28 + 0.2 * random.random()
-            image[16 * course + 1 : 16 * course + 15, columns] = tone + 0.03 * _speckle(random, (14, 62), 1)
+            image[16 * course + 1 : 16 * course + 15, columns] = tone + 0.03 * speckle(random, (14, 62), 1)
     return np.asarray(image)
 
 
@@ -36,7 +44,7 @@ def boards(random: Random) -> Array:
     for row in range(8):
         shift = int(random.integers(512))
         plank = np.concatenate(
-            [0.36 + 0.2 * random.random() + 0.1 * _fibres(random, (32, length)) for length in (232, 280)], axis=1
+            [0.36 + 0.2 * random.random() + 0.1 * fibres(random, (32, length)) for length in (232, 280)], axis=1
         )
         plank[:, [0, 231, 232, 511]] = 0.18
         plank[0] = 0.2
@@ -46,7 +54,7 @@ def boards(random: Random) -> Array:
 
 def wood(random: Random) -> Array:
     """Veneer with fibres upright, 1 m by 1 m at 4 mm to a texel."""
-    image = 0.42 + 0.16 * _fibres(random, (256, 256)).T
+    image = 0.42 + 0.16 * fibres(random, (256, 256)).T
     image[:, ::128] = 0.2
     return np.asarray(image)
 
@@ -78,7 +86,7 @@ def books(random: Random) -> Array:
 
 def ceiling_tiles(random: Random) -> Array:
     """Mineral tiles of 512 mm, 1 m by 1 m at 4 mm to a texel."""
-    image = 0.78 + 0.03 * _speckle(random, (256, 256), 1)
+    image = 0.78 + 0.03 * speckle(random, (256, 256), 1)
     image[random.random((256, 256)) < 0.03] = 0.5
     image[::128] = image[:, ::128] = 0.52
     image[1::128] = image[:, 1::128] = 0.6
@@ -87,7 +95,7 @@ def ceiling_tiles(random: Random) -> Array:
 
 def floor_slabs(random: Random) -> Array:
     """A concrete floor with joints and a painted lane with an arrow, 4 m by 4 m at 8 mm to a texel."""
-    image = 0.45 + 0.1 * _blotches(random, (512, 512), 60) + 0.05 * _speckle(random, (512, 512), 1)
+    image = 0.45 + 0.1 * blotches(random, (512, 512), 60) + 0.05 * speckle(random, (512, 512), 1)
     image[::128] = image[:, ::128] = 0.25
     for _ in range(25):
         row, column = random.integers(0, 512, 2)
@@ -103,52 +111,52 @@ def poster(random: Random) -> Array:
     """A poster 512 mm wide and 1 m high at 2 mm to a texel: a picture, a title, lines of print."""
     image = np.full((512, 256), 0.9)
     ground = random.uniform(0.2, 0.8)
-    scene = ground + 0.25 * _blotches(random, (256, 256), 90)[:, :220]
+    scene = ground + 0.25 * blotches(random, (256, 256), 90)[:, :220]
     hill = 90 + 45 * np.sin(np.linspace(0, random.uniform(4, 9), 220) + random.uniform(0, 6))
     rows = np.arange(256)[:, None]
-    scene = np.where(rows < hill, 0.22 + 0.1 * _speckle(random, (256, 220), 1), scene)
+    scene = np.where(rows < hill, 0.22 + 0.1 * speckle(random, (256, 220), 1), scene)
     centre = random.uniform((40, 170), (180, 220))
     disc = np.hypot(rows - centre[1], np.arange(220) - centre[0]) < random.uniform(18, 34)
     scene[disc] = 0.95 if ground < 0.6 else 0.12
     image[200:456, 18:238] = scene
-    _write(image, _word(random, 7), (18, 462), 34, 0.1)
-    _print(random, image, (18, 20), (238, 186), 9)
-    _frame(image, 5, 0.15)
+    write(image, word(random, 7), (18, 462), 34, 0.1)
+    print_lines(random, image, (18, 20), (238, 186), 9)
+    frame(image, 5, 0.15)
     return np.asarray(np.clip(image, 0.04, 0.95))
 
 
 def notices(random: Random) -> Array:
     """A cork board with sheets of paper, 1 m by 1 m at 4 mm to a texel."""
-    image = 0.4 + 0.1 * _speckle(random, (256, 256), 1)
+    image = 0.4 + 0.1 * speckle(random, (256, 256), 1)
     for left in (12, 72, 132, 192):
         for bottom in (14, 92, 170):
             column, row = left + int(random.integers(-5, 6)), bottom + int(random.integers(-6, 7))
             sheet = np.full((70, 50), random.uniform(0.7, 0.93))
             if random.random() < 0.35:
-                sheet[22:62, 6:44] = 0.35 + 0.25 * _blotches(random, (64, 64), 14)[:40, :38]
+                sheet[22:62, 6:44] = 0.35 + 0.25 * blotches(random, (64, 64), 14)[:40, :38]
             else:
-                _print(random, sheet, (5, 5), (45, 54), 5)
+                print_lines(random, sheet, (5, 5), (45, 54), 5)
                 sheet[58:63, 5:32] = 0.15
             image[row : row + 70, column : column + 50] = sheet
             image[row + 66 : row + 69, column + 24 : column + 27] = 0.1
-    _frame(image, 7, 0.25)
+    frame(image, 7, 0.25)
     return np.asarray(np.clip(image, 0.04, 0.95))
 
 
 def whiteboard(random: Random) -> Array:
     """A board with sketches and writing, 1 m by 1 m at 4 mm to a texel."""
-    image = np.full((256, 256), 0.86) + 0.03 * _blotches(random, (256, 256), 80)
+    image = np.full((256, 256), 0.86) + 0.03 * blotches(random, (256, 256), 80)
     canvas = np.ascontiguousarray(image)
     for _ in range(5):
         x, y = (int(value) for value in random.integers(25, 190, 2))
         cv2.rectangle(canvas, (x, y), (x + 45, y + 25), 0.2, 2)
         cv2.line(canvas, (x + 45, y + 12), (x + 62, y + int(random.integers(-20, 40))), 0.3, 2)
     for line in range(7):
-        _write(canvas, _word(random, 12), (20 + 30 * (line % 2), 16 + 32 * line), 14, 0.3)
+        write(canvas, word(random, 12), (20 + 30 * (line % 2), 16 + 32 * line), 14, 0.3)
     angles = np.linspace(0, 4 * np.pi, 60)
     curve = np.stack([np.linspace(130, 235, 60), 60 + 30 * np.sin(angles)], axis=-1).astype(np.int32)
     cv2.polylines(canvas, [curve], False, 0.2, 2)
-    _frame(canvas, 7, 0.4)
+    frame(canvas, 7, 0.4)
     return np.asarray(np.clip(canvas, 0.04, 0.95))
 
 
@@ -158,18 +166,18 @@ def screen(random: Random) -> Array:
     for left, right in ((8, 124), (132, 248)):
         image[10:118, left:right] = 0.88
         image[108:118, left:right] = 0.5
-        _print(random, image, (left + 6, 14), (right - 6, 104), 7)
+        print_lines(random, image, (left + 6, 14), (right - 6, 104), 7)
     image[20:70, 140:240] = 0.15
     curve = np.stack([np.arange(140, 240), 45 + 18 * np.sin(np.arange(100) / 8.0)], axis=-1).astype(np.int32)
     cv2.polylines(image, [curve], False, 0.9, 2)
-    _frame(image, 6, 0.08)
+    frame(image, 6, 0.08)
     return np.asarray(np.clip(image, 0.05, 0.95))
 
 
 def window(random: Random) -> Array:
     """A window 1 m wide and 1 m high at 4 mm to a texel: frame, cross bars, and houses and trees under the sky."""
     rows, columns = np.indices((256, 256))
-    image = 0.93 - 0.12 * rows[::-1] / 256 + 0.05 * _blotches(random, (256, 256), 60)
+    image = 0.93 - 0.12 * rows[::-1] / 256 + 0.05 * blotches(random, (256, 256), 60)
     column = 0
     while column < 256:
         width, height = int(random.integers(28, 60)), int(random.integers(50, 130))
@@ -179,7 +187,7 @@ def window(random: Random) -> Array:
                 house[row : row + 12, across : across + 7] = 0.18
         image[:height, column : column + width] = house
         column += width
-    leaves = _blotches(random, (256, 256), 9)
+    leaves = blotches(random, (256, 256), 9)
     for _ in range(4):
         x, y, size = random.uniform(0, 256), random.uniform(15, 60), random.uniform(22, 45)
         crown = np.hypot(columns - x, rows - y) < size * (1 + 0.3 * leaves)
@@ -195,7 +203,7 @@ def window(random: Random) -> Array:
 
 def door(random: Random) -> Array:
     """A panelled door 1 m wide and 2 m high at 4 mm to a texel."""
-    image = 0.55 + 0.07 * _fibres(random, (256, 512)).T
+    image = 0.55 + 0.07 * fibres(random, (256, 512)).T
     for bottom, top in ((30, 200), (225, 350), (375, 480)):
         for left, right in ((34, 116), (140, 222)):
             image[bottom:top, left:right] *= 0.86
@@ -205,20 +213,20 @@ def door(random: Random) -> Array:
             image[bottom:top, right - 4 : right] *= 1.25
     image[236:246, 226:244] = 0.9
     image[228:254, 234:240] = 0.12
-    _frame(image, 10, 0.3)
+    frame(image, 10, 0.3)
     return np.asarray(np.clip(image, 0.05, 0.95))
 
 
 def cupboard(random: Random) -> Array:
     """Steel drawers with handles and labels, 512 mm wide and 1 m high at 2 mm to a texel."""
-    image = 0.5 + 0.03 * _blotches(random, (512, 256), 90) + 0.015 * _speckle(random, (512, 256), 1)
+    image = 0.5 + 0.03 * blotches(random, (512, 256), 90) + 0.015 * speckle(random, (512, 256), 1)
     for bottom in range(0, 512, 128):
         image[bottom : bottom + 4] = 0.15
         image[bottom + 4 : bottom + 7] *= 1.25
         image[bottom + 60 : bottom + 70, 88:168] = 0.85
         image[bottom + 56 : bottom + 60, 88:168] = 0.2
         image[bottom + 86 : bottom + 112, 96:160] = 0.92
-        _write(image, _word(random, 4), (100, bottom + 92), 14, 0.15)
+        write(image, word(random, 4), (100, bottom + 92), 14, 0.15)
     image[:, :4] = image[:, -4:] = 0.18
     return np.asarray(np.clip(image, 0.05, 0.95))
 
@@ -230,7 +238,7 @@ def rack(random: Random) -> Array:
         image[bottom : bottom + 14] = 0.72
         image[bottom + 2 : bottom + 12 : 5] = 0.55
         for pallet in (14, 180, 346):
-            image[bottom + 16 : bottom + 28, pallet : pallet + 150] = 0.5 + 0.1 * _fibres(random, (16, 256))[:12, :150]
+            image[bottom + 16 : bottom + 28, pallet : pallet + 150] = 0.5 + 0.1 * fibres(random, (16, 256))[:12, :150]
             image[bottom + 20 : bottom + 26, pallet + 16 : pallet + 62] = 0.08
             image[bottom + 20 : bottom + 26, pallet + 88 : pallet + 134] = 0.08
             tall = int(random.integers(2, 4))
@@ -260,12 +268,12 @@ def sign(random: Random) -> Array:
     """A hanging sign 512 mm wide and 1 m high at 2 mm to a texel: a large character, an arrow, print."""
     image = np.full((512, 256), random.choice([0.16, 0.85]))
     ink = 0.92 if image[0, 0] < 0.5 else 0.1
-    _write(image, str(random.choice(LETTERS)) + str(random.integers(1, 9)), (26, 300), 150, ink, 16)
+    write(image, str(random.choice(LETTERS)) + str(random.integers(1, 9)), (26, 300), 150, ink, 16)
     tip = np.array([[60, 190], [128, 250], [196, 190], [150, 190], [150, 130], [106, 130], [106, 190]], dtype=np.int32)
     cv2.fillPoly(image, [tip], float(ink))
-    _print(random, image, (24, 24), (232, 110), 16, ink)
-    _frame(image, 8, 0.5)
-    image += 0.03 * _blotches(random, (512, 256), 40)
+    print_lines(random, image, (24, 24), (232, 110), 16, ink)
+    frame(image, 8, 0.5)
+    image += 0.03 * blotches(random, (512, 256), 40)
     return np.asarray(np.clip(image, 0.04, 0.95))
 
 
@@ -273,8 +281,8 @@ def cladding(random: Random) -> Array:
     """Profiled sheets with rivets and run-off stains, 2 m by 2 m at 4 mm to a texel."""
     columns = np.arange(512)
     image = np.tile(0.55 + 0.1 * np.sign(np.sin(2 * np.pi * columns / 64.0)), (512, 1))
-    streaks = _blotches(random, (8, 512), 3)[0]
-    image += 0.08 * streaks + 0.06 * _blotches(random, (512, 512), 70) + 0.02 * _speckle(random, (512, 512), 1)
+    streaks = blotches(random, (8, 512), 3)[0]
+    image += 0.08 * streaks + 0.06 * blotches(random, (512, 512), 70) + 0.02 * speckle(random, (512, 512), 1)
     image[::256] = 0.25
     image[16::256, 16::32] = 0.2
     image[17::256, 16::32] = 0.85
@@ -287,13 +295,13 @@ def roof_tiles(random: Random) -> Array:
     image = 0.22 + 0.2 * (rows % 32) / 32.0 + 0.06 * np.cos(2 * np.pi * columns / 32.0)
     tones = random.uniform(-0.07, 0.07, (8, 8))
     return np.asarray(
-        np.clip(image + np.kron(tones, np.ones((32, 32))) + 0.03 * _speckle(random, (256, 256), 1), 0.05, 0.95)
+        np.clip(image + np.kron(tones, np.ones((32, 32))) + 0.03 * speckle(random, (256, 256), 1), 0.05, 0.95)
     )
 
 
 def lattice(random: Random) -> Array:
     """Struts of a lattice tower before the sky, 512 mm by 1 m at 4 mm to a texel."""
-    image = np.full((256, 128), 0.84) + 0.04 * _blotches(random, (256, 128), 40)
+    image = np.full((256, 128), 0.84) + 0.04 * blotches(random, (256, 128), 40)
     for bottom in (0, 128):
         for start, end in (((4, 0), (123, 127)), ((123, 0), (4, 127))):
             cv2.line(image, (start[0], start[1] + bottom), (end[0], end[1] + bottom), 0.24, 7)
@@ -301,7 +309,7 @@ def lattice(random: Random) -> Array:
         image[bottom + 60 : bottom + 70, 54:74] = 0.18
     image[:, :10] = image[:, -10:] = 0.2
     image[::16, 3:6] = image[::16, -6:-3] = 0.6
-    return np.asarray(np.clip(image + 0.02 * _speckle(random, image.shape, 1), 0.05, 0.95))
+    return np.asarray(np.clip(image + 0.02 * speckle(random, image.shape, 1), 0.05, 0.95))
 
 
 def pipe_wall(random: Random) -> Array:
@@ -311,17 +319,17 @@ def pipe_wall(random: Random) -> Array:
     """
     size = (256, 2048)
     rows, columns = np.indices(size)
-    image = 0.46 + 0.06 * _blotches(random, size, 70) + 0.05 * _blotches(random, size, 14)
-    image += 0.04 * _speckle(random, size, 1)
+    image = 0.46 + 0.06 * blotches(random, size, 70) + 0.05 * blotches(random, size, 14)
+    image += 0.04 * speckle(random, size, 1)
     for _ in range(60):
         wide = random.uniform(3, 22)
-        stain = np.ix_(*(_about(random, side, int(3 * wide)) for side in size))
+        stain = np.ix_(*(texels_about(random, side, int(3 * wide)) for side in size))
         across = np.arange(-int(3 * wide), int(3 * wide) + 1)
         away = (across[:, None] ** 2 + across**2) / wide**2
         image[stain] *= 1.0 - random.uniform(0.2, 0.65) * np.exp(-away * (1.5 + image[stain]))
     for _ in range(22):
         length = int(random.integers(30, 110))
-        run = np.ix_(_about(random, size[0], length), _about(random, size[1], 20))
+        run = np.ix_(texels_about(random, size[0], length), texels_about(random, size[1], 20))
         beside = np.arange(-20, 21) - 5.0 * np.sin(np.arange(2 * length + 1) / 40.0)[:, None]
         image[run] *= 1.0 - 0.4 * np.exp(-((beside / 5.0) ** 2))
     turns = 2.0 * np.pi * columns / size[1]
@@ -329,7 +337,7 @@ def pipe_wall(random: Random) -> Array:
         image += 0.3 * np.exp(-((bead / 3.5) ** 2)) * (0.6 + 0.4 * np.cos(240.0 * turns + 0.6 * bead))
         image -= 0.18 * np.exp(-(((np.abs(bead) - 9.0) / 4.0) ** 2))
     for number, column in enumerate(range(70, 2048, 410)):
-        _write(image, f"DN {number + 1}0{random.integers(10, 99)}", (column, 126), 24, 0.92, 3)
+        write(image, f"DN {number + 1}0{random.integers(10, 99)}", (column, 126), 24, 0.92, 3)
         image[108:111, column : column + 170] = 0.92
         for mark in range(0, 171, 10):
             image[108 : 116 + 5 * (mark % 50 == 0), column + mark : column + mark + 3] = 0.92
@@ -340,16 +348,16 @@ def shirt(random: Random) -> Array:
     """Checked cloth, 128 mm by 128 mm at 2 mm to a texel."""
     rows, columns = np.indices((64, 64))
     image = 0.42 + 0.1 * np.sign(np.sin(2 * np.pi * rows / 16)) + 0.1 * np.sign(np.sin(2 * np.pi * columns / 32))
-    return np.asarray(image + 0.03 * _speckle(random, image.shape, 1))
+    return np.asarray(image + 0.03 * speckle(random, image.shape, 1))
 
 
 def face(random: Random) -> Array:
     """A head once round, the face in the middle, hair elsewhere: 128 by 128 texels to be fitted."""
     rows, columns = np.indices((128, 128))
     away = np.abs(columns - 64)
-    image = 0.62 + 0.02 * _speckle(random, (128, 128), 1) - 0.16 * (away / 40.0) ** 2 * (away < 40)
+    image = 0.62 + 0.02 * speckle(random, (128, 128), 1) - 0.16 * (away / 40.0) ** 2 * (away < 40)
     hair = (away > 27 + 4 * np.sin(rows / 9.0)) | (rows > 96 - away**2 / 60.0)
-    strands = 0.15 + 0.05 * _fibres(random, (128, 128)).T
+    strands = 0.15 + 0.05 * fibres(random, (128, 128)).T
     image = np.where(hair & (rows > 28), strands, image)
     for eye in (51, 77):
         image[66:72, eye - 6 : eye + 6] = 0.85
@@ -378,7 +386,7 @@ def leaves(random: Random) -> Array:
 
 def pane(random: Random) -> Array:
     """A window from outside, 512 mm by 1 m at 4 mm to a texel: bars, curtains and dark behind them."""
-    image = 0.17 + 0.06 * _blotches(random, (256, 128), 60)
+    image = 0.17 + 0.06 * blotches(random, (256, 128), 60)
     image[:, :24] = image[:, -26:] = random.uniform(0.5, 0.75)
     image[:, 6:24:6] *= 0.8
     image[:, -26:-4:6] *= 0.8
@@ -386,38 +394,8 @@ def pane(random: Random) -> Array:
         image[bar : bar + 10] = 0.88
     for bar in (0, 60, 119):
         image[:, bar : bar + 9] = 0.88
-    _frame(image, 3, 0.4)
+    frame(image, 3, 0.4)
     return np.asarray(np.clip(image, 0.05, 0.95))
-
-
-def _about(random: Random, side: int, reach: int) -> NDArray[np.intp]:
-    """Texels about one at random, ``reach`` to either side, carried on round the edge."""
-    return np.asarray(np.arange(-reach, reach + 1) + random.integers(side)) % side
-
-
-def _speckle(random: Random, shape: tuple[int, int], width: float) -> Array:
-    """Noise of standard deviation 1, smoothed over ``width`` texels, that repeats without a seam."""
-    return _blotches(random, shape, width) if width > 1 else random.standard_normal(shape)
-
-
-def _blotches(random: Random, shape: tuple[int, int], width: float) -> Array:
-    """Smooth shades of standard deviation 1 about ``width`` texels wide, that repeat without a seam."""
-    spectrum = np.fft.rfft2(random.standard_normal(shape))
-    down, across = np.fft.fftfreq(shape[0])[:, None], np.fft.rfftfreq(shape[1])[None, :]
-    smooth = np.fft.irfft2(spectrum * np.exp(-((np.hypot(down, across) * width * 2.0) ** 2)), shape)
-    smooth -= smooth.mean()
-    return np.asarray(smooth / smooth.std())
-
-
-def _fibres(random: Random, shape: tuple[int, int]) -> Array:
-    """Wood: fine fibres along the rows and wavering rings across them, between -1 and 1."""
-    rows, columns = np.indices(shape)
-    waver = 4.0 * np.sin(columns * 2 * np.pi / shape[1] + random.uniform(0, 6)) + 2.0 * np.sin(
-        columns * 4 * np.pi / shape[1] + random.uniform(0, 6)
-    )
-    rings = np.sin((rows + waver) * 2 * np.pi / max(6.0, shape[0] / 20.0))
-    lines = random.standard_normal((shape[0], 1)) + 0.4 * random.standard_normal(shape)
-    return np.asarray(np.tanh(0.6 * rings + 0.5 * lines))
 
 
 def _carton(random: Random, shape: tuple[int, int]) -> Array:
@@ -442,39 +420,6 @@ def _spine_print(random: Random, spine: Array, ink: float) -> None:
         letter = int(random.integers(2, 5))
         spine[row : row + letter, width // 3 : width - width // 3 : 1] = ink
         row += letter + int(random.integers(1, 4))
-
-
-def _print(
-    random: Random, image: Array, low: tuple[int, int], high: tuple[int, int], spacing: int, ink: float = 0.2
-) -> None:
-    """Lines of words between two corners (column, row)."""
-    for row in range(low[1], high[1] - spacing // 2, spacing):
-        column, end = low[0], low[0] + int((high[0] - low[0]) * random.uniform(0.5, 1.0))
-        while column < end:
-            word = min(int(random.integers(3, 16)), end - column)
-            image[row : row + max(1, spacing // 2), column : column + word] = ink
-            column += word + 3
-
-
-def _word(random: Random, length: int) -> str:
-    return "".join(random.choice(LETTERS, length))
-
-
-def _write(
-    image: Array, text: str, place: tuple[int, int], height: int, ink: float, thickness: int | None = None
-) -> None:
-    """Text upright in an image whose first row is the lowest; ``place`` is its lower left corner (column, row)."""
-    thickness = thickness or max(1, height // 9)
-    scale = cv2.getFontScaleFromHeight(cv2.FONT_HERSHEY_SIMPLEX, height, thickness)
-    mask = np.zeros(image.shape, dtype=np.uint8)
-    base = (place[0], image.shape[0] - 1 - place[1])
-    cv2.putText(mask, text, base, cv2.FONT_HERSHEY_SIMPLEX, scale, 255, thickness, cv2.LINE_AA)
-    image += mask[::-1] / 255.0 * (ink - image)
-
-
-def _frame(image: Array, width: int, tone: float) -> None:
-    image[:width] = image[-width:] = tone
-    image[:, :width] = image[:, -width:] = tone
 
 
 ARTWORK: dict[str, Callable[[Random], Array]] = {

@@ -24,6 +24,8 @@ BANDS_OF_SECTORS = (0, 3, 1, 2)
 WIDE_DEG = 20.0
 # The deck lies this far down to the floor, along two walls of the hall.
 DECK_DEPTH = 0.38
+# Of the farthest to the nearest distance.
+LEAST_RATIO_FOR_GOODS = 3.0
 STACK_WIDE_DEG, PERSON_WIDE_DEG = 7.0, 9.0
 
 
@@ -32,9 +34,11 @@ def hall(volume: Volume) -> list[Thing]:
     floor = volume.floor(SENSOR_HEIGHT_MM)
     roof = max(ROOF_MM, volume.top(DRAWN_REACH_MM))
     deck = DECK_DEPTH * floor
-    walls = [volume.distance(3, share) for share in (0.3, 0.15, 0.4, 0.2)]
+    walls = [volume.distance(3, share) for share in (0.35, 0.25, 0.45, 0.3)]
     things = _shell(walls, floor, roof)
-    edge = max(0.45 * walls[1], min(0.75 * walls[1], -deck / max(abs(volume.low), 0.05)))
+    edge = min(
+        0.98 * walls[1], max(volume.near_mm, 0.45 * walls[1], min(0.75 * walls[1], -deck / max(abs(volume.low), 0.05)))
+    )
     things += _deck(walls, edge, deck, floor)
     for sector in range(SECTORS):
         azimuth, quarter = 360.0 / SECTORS * (sector + 0.5), sector // len(BANDS_OF_SECTORS)
@@ -154,40 +158,23 @@ def _equipment(volume: Volume, azimuth: float, band: int, kind: int, floor: floa
 
 
 def _goods(volume: Volume, azimuth: float, quarter: int, ground: float, edge: float) -> list[Thing]:
-    """People and pallets with cartons that stand before the far wall."""
-    distance = max(volume.distance(2, 0.5), edge / max(0.3, float(np.sin(np.radians(azimuth)))) + 150.0)
+    """People and pallets with cartons that stand before the far wall; a rack where they would hide too much of it."""
+    distance = max(volume.distance(2, 0.7), edge / max(0.3, float(np.sin(np.radians(azimuth)))) + 150.0)
+    deep = volume.distance(3, 1.0) - volume.distance(3, 0.0)
+    if DRAWN_REACH_MM / volume.near_mm < LEAST_RATIO_FOR_GOODS:
+        # The walls leave so narrow a band in the corners, and people would hide the rest.
+        width = chord(volume.distance(3, 0.4), WIDE_DEG)
+        heights = (ground, max(volume.top(DRAWN_REACH_MM), ground + 300.0))
+        return [Thing(block(azimuth, volume.distance(3, 0.4), (width, 0.3 * deep), heights), "rack")]
     things: list[Thing] = []
-    for turn, further, tall in ((-5.5, 0.0, 500.0), (4.5, 450.0, 800.0)):
+    for turn, further, tall in ((-5.5, 0.0, 500.0), (4.5, 0.27 * deep, 800.0)):
         place, width = azimuth + turn, min(750.0, chord(distance, STACK_WIDE_DEG))
-        things.append(
-            Thing(
-                block(
-                    place, distance + further, (width, width), (ground + 130.0, ground + 130.0 + tall), turn_deg=17.0
-                ),
-                f"cartons.{quarter % 2}",
-            )
-        )
-        things.append(
-            Thing(
-                block(
-                    place,
-                    distance + further - 30.0,
-                    (width + 60.0, width + 60.0),
-                    (ground, ground + 130.0),
-                    turn_deg=17.0,
-                ),
-                "wood",
-                1.2,
-            )
-        )
+        size, heights = (width, width), (ground + 130.0, ground + 130.0 + tall)
+        things.append(Thing(block(place, distance + further, size, heights, turn_deg=17.0), f"cartons.{quarter % 2}"))
+        size, heights = (width + 60.0, width + 60.0), (ground, ground + 130.0)
+        things.append(Thing(block(place, distance + further - 30.0, size, heights, turn_deg=17.0), "wood", 1.2))
     tallest = min(PERSON_MM, max(300.0, -0.8 * ground))
-    for turn, further in ((0.5, -120.0), (9.0, 250.0), (-11.0, 350.0)):
-        things += person(
-            azimuth + turn,
-            distance + further,
-            ground,
-            (0.6, 1.6, 1.0, 2.2)[(quarter + int(turn)) % 4],
-            tallest,
-            PERSON_WIDE_DEG,
-        )
+    for turn, further in ((0.5, -0.07), (9.0, 0.15), (-11.0, 0.21)):
+        tone = (0.6, 1.6, 1.0, 2.2)[(quarter + int(turn)) % 4]
+        things += person(azimuth + turn, distance + further * deep, ground, tone, tallest, PERSON_WIDE_DEG)
     return things

@@ -24,25 +24,24 @@ FITS: dict[str, Fit] = {
     ),
     "lattice": "across",
 }
-# Finest and coarsest wavelength in mm, contrast, and how the grain is drawn out along x, y and z.
-_Grain = tuple[float, float, float, tuple[float, float, float]]
-EVEN = (1.0, 1.0, 1.0)
+# Finest and coarsest wavelength in mm, and contrast.
+_Grain = tuple[float, float, float]
 GRAINS: dict[str, tuple[float, _Grain]] = {
-    "plaster": (0.80, (8.0, 128.0, 0.06, EVEN)),
-    "paint": (0.62, (8.0, 128.0, 0.05, EVEN)),
-    "concrete": (0.48, (8.0, 1000.0, 0.20, EVEN)),
-    "soil": (0.34, (8.0, 1000.0, 0.25, EVEN)),
-    "carpet": (0.38, (6.0, 48.0, 0.16, EVEN)),
-    "cloth": (0.34, (6.0, 200.0, 0.16, EVEN)),
-    "skin": (0.62, (8.0, 60.0, 0.06, EVEN)),
-    "metal": (0.52, (6.0, 200.0, 0.10, EVEN)),
-    "rust": (0.36, (6.0, 400.0, 0.28, EVEN)),
-    "bark": (0.26, (10.0, 80.0, 0.35, (1.0, 1.0, 4.0))),
-    "plastic": (0.22, (8.0, 60.0, 0.07, EVEN)),
-    "clouds": (0.76, (6000.0, 96000.0, 0.10, (1.5, 1.5, 0.7))),
+    "plaster": (0.80, (8.0, 128.0, 0.06)),
+    "paint": (0.62, (8.0, 128.0, 0.05)),
+    "concrete": (0.48, (8.0, 1000.0, 0.20)),
+    "soil": (0.34, (8.0, 1000.0, 0.25)),
+    "carpet": (0.38, (6.0, 48.0, 0.16)),
+    "cloth": (0.34, (6.0, 200.0, 0.16)),
+    "skin": (0.62, (8.0, 60.0, 0.06)),
+    "metal": (0.52, (6.0, 200.0, 0.10)),
+    "rust": (0.36, (6.0, 400.0, 0.28)),
+    "bark": (0.26, (10.0, 80.0, 0.35)),
+    "plastic": (0.22, (8.0, 60.0, 0.07)),
+    "clouds": (0.76, (6000.0, 96000.0, 0.10)),
 }
 # A little of this lies on what has a picture, so that there is detail between its texels.
-OVER_PICTURES: _Grain = (6.0, 96.0, 0.04, EVEN)
+OVER_PICTURES: _Grain = (6.0, 96.0, 0.04)
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,13 +72,13 @@ def make_material(name: str, seed: int = 0) -> Material:
     """A material of ``GRAINS`` or ``ARTWORK``, or a further drawing of the latter: ``poster.1``."""
     random_seed = crc32(name.encode())
     if name in GRAINS:
-        tone, (finest, coarsest, contrast, stretch) = GRAINS[name]
-        return Material(tone, make_grain(finest, coarsest, contrast, seed + random_seed, stretch))
+        tone, (finest, coarsest, contrast) = GRAINS[name]
+        return Material(tone, make_grain(finest, coarsest, contrast, seed + random_seed))
     kind = name.partition(".")[0]
     texels = np.clip(ARTWORK[kind](np.random.default_rng([seed, random_seed])), 0.02, 0.97)
-    finest, coarsest, contrast, stretch = OVER_PICTURES
+    finest, coarsest, contrast = OVER_PICTURES
     picture = make_picture(texels, TEXEL_MM.get(kind, USUAL_TEXEL_MM))
-    grain = make_grain(finest, coarsest, contrast, seed + random_seed, stretch)
+    grain = make_grain(finest, coarsest, contrast, seed + random_seed)
     return Material(1.0, grain, picture, FITS.get(kind, "repeated"))
 
 
