@@ -24,7 +24,8 @@ BANDS_OF_SECTORS = (0, 3, 1, 2)
 WIDE_DEG = 20.0
 # The deck lies this far down to the floor, along two walls of the hall.
 DECK_DEPTH = 0.38
-# Of the farthest to the nearest distance.
+# Of the farthest to the nearest distance: in a narrower volume goods would hide all of the farthest band but the
+# corners of the hall, and a rack stands in their place.
 LEAST_RATIO_FOR_GOODS = 3.0
 STACK_WIDE_DEG, PERSON_WIDE_DEG = 7.0, 9.0
 
@@ -46,7 +47,10 @@ def hall(volume: Volume) -> list[Thing]:
         ahead_x, ahead_y, _ = at(azimuth, 1.0, 0.0)
         on_deck = max(ahead_x, ahead_y) > 0.55
         if band == 3:
-            things += _goods(volume, azimuth, quarter, deck if on_deck else floor, edge)
+            if DRAWN_REACH_MM / volume.near_mm < LEAST_RATIO_FOR_GOODS:
+                things += _equipment(volume, azimuth, band, 0, floor, roof)
+            else:
+                things += _goods(volume, azimuth, quarter, deck if on_deck else floor, edge)
         else:
             things += _equipment(volume, azimuth, band, (quarter + band) % 4, floor, roof)
     return things
@@ -158,14 +162,9 @@ def _equipment(volume: Volume, azimuth: float, band: int, kind: int, floor: floa
 
 
 def _goods(volume: Volume, azimuth: float, quarter: int, ground: float, edge: float) -> list[Thing]:
-    """People and pallets with cartons that stand before the far wall; a rack where they would hide too much of it."""
+    """People and pallets with cartons that stand before the far wall."""
     distance = max(volume.distance(2, 0.7), edge / max(0.3, float(np.sin(np.radians(azimuth)))) + 150.0)
     deep = volume.distance(3, 1.0) - volume.distance(3, 0.0)
-    if DRAWN_REACH_MM / volume.near_mm < LEAST_RATIO_FOR_GOODS:
-        # The walls leave so narrow a band in the corners, and people would hide the rest.
-        width = chord(volume.distance(3, 0.4), WIDE_DEG)
-        heights = (ground, max(volume.top(DRAWN_REACH_MM), ground + 300.0))
-        return [Thing(block(azimuth, volume.distance(3, 0.4), (width, 0.3 * deep), heights), "rack")]
     things: list[Thing] = []
     for turn, further, tall in ((-5.5, 0.0, 500.0), (4.5, 0.27 * deep, 800.0)):
         place, width = azimuth + turn, min(750.0, chord(distance, STACK_WIDE_DEG))
