@@ -106,13 +106,11 @@ def _deck(walls: list[float], edge: float, deck: float, floor: float) -> list[Th
         Thing(panel(0.0, right - 8.0, 950.0, (deck, deck + 2050.0), -500.0), "door"),
     ]
     for near, far in (((-left, edge), (edge, edge)), ((edge, -front), (edge, edge))):
-        for part in np.linspace(0.02, 0.98, 6):
+        for part in np.linspace(0.02, 0.98, 4):
             x, y = (start + float(part) * (end - start) for start, end in zip(near, far, strict=True))
             things.append(Thing(Cylinder((x, y, floor), (x, y, deck), 60.0), "metal", 0.8))
             things.append(Thing(Cylinder((x, y, deck), (x, y, deck + 900.0), 20.0), "paint", 1.4))
-        for height in (450.0, 900.0):
-            rail = (*near, deck + height), (*far, deck + height)
-            things.append(Thing(Cylinder(*rail, 20.0), "paint", 1.4))
+        things.append(Thing(Cylinder((*near, deck + 900.0), (*far, deck + 900.0), 25.0), "paint", 1.4))
     return things
 
 
@@ -173,7 +171,7 @@ def _goods(volume: Volume, azimuth: float, quarter: int, ground: float, edge: fl
         size, heights = (width + 60.0, width + 60.0), (ground, ground + 130.0)
         things.append(Thing(block(place, distance + further - 30.0, size, heights, turn_deg=17.0), "wood", 1.2))
     tallest = min(PERSON_MM, max(300.0, -0.8 * ground))
-    for turn, further in ((0.5, -0.07), (9.0, 0.15), (-11.0, 0.21)):
+    for turn, further in ((0.5, 0.0), (9.0, 0.15)):
         tone = (0.6, 1.6, 1.0, 2.2)[(quarter + int(turn)) % 4]
         things += person(azimuth + turn, distance + further * deep, ground, tone, tallest, PERSON_WIDE_DEG)
     return things
