@@ -19,7 +19,7 @@ FAILED = 1
     show_default=True,
     help="office, pipe, hall, sky or cylinder, auto (by the working volume), or a mesh file (mm, z up).",
 )
-@click.option("--texture", default="rich", show_default=True, help="rich, poor, repetitive or natural.")
+@click.option("--texture", default="rich", show_default=True, help="rich, poor or repetitive.")
 @click.option("--samples", type=click.IntRange(1, 16), default=2, show_default=True, help="Rays along a pixel's side.")
 @click.option("--matcher", type=click.Choice(["sad", "semi-global"]), default="sad", show_default=True)
 @click.option("--equalise/--no-equalise", default=True, help="Equalise the two views' resolution.  [default: on]")

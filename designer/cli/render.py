@@ -29,7 +29,7 @@ MOST_SAMPLES = 16
     "--full-well-electrons", type=float, default=10_000.0, show_default=True, help="Electrons that white fills."
 )
 @click.option("--bits", type=click.Choice(["8", "16"]), default="8", show_default=True, help="Bits of a pixel.")
-@click.option("--texture", default="rich", show_default=True, help="rich, poor, repetitive or natural.")
+@click.option("--texture", default="rich", show_default=True, help="rich, poor or repetitive.")
 @click.option("--sensor-height-mm", type=float, help="Height over the floor.  [default: the scene's own]")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of textures and noise.")
 @click.option("--truth", type=click.Path(path_type=Path), help="Also write what each pixel sees, as .npz.")
