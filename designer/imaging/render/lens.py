@@ -49,6 +49,16 @@ class Lens:
         return np.asarray(share, dtype=np.float32)
 
 
+# Rays along each side of a pixel that leave less noise than a full well of 10,000 electrons has through shot noise; a
+# pinhole has no pupil to fill (``benchmarks/rendering.py``).
+PINHOLE_SAMPLES, LENS_SAMPLES = 2, 3
+
+
+def default_samples(lens: Lens | None) -> int:
+    """Rays along each side of a pixel that are enough, through the pupil of a lens or, without one, a pinhole."""
+    return PINHOLE_SAMPLES if lens is None else LENS_SAMPLES
+
+
 LOSSLESS = Lens(wavelength_nm=None, mirror_reflectivity=1.0, has_natural_vignetting=False)
 """A lens of which only pupil and focus count."""
 
@@ -67,6 +77,13 @@ def pupil_of(camera: Camera) -> Pupil:
     A camera file without ``focus_distance_mm`` is focused at infinity.
     """
     return Pupil(camera.pupil_radius_mm, camera.focus_distance_mm or np.inf)
+
+
+def describe_lens(camera: Camera) -> str:
+    """The lens in words: its engraved focal length, f-number, and focus distance from the entrance pupil."""
+    nominal = 2.0 * camera.pupil_radius_mm * camera.f_number
+    focus = f"{camera.focus_distance_mm:g} mm" if camera.focus_distance_mm else "infinity"
+    return f"a lens of {nominal:.4g} mm, f/{camera.f_number:g}, focused at {focus}"
 
 
 def working_f_number(camera: Camera) -> float:
