@@ -208,10 +208,10 @@ def check(design: Design, scene: str = "auto", seed: int = 0, *, aperture: bool 
     aperture
         Whether rays fill the pupil of the lens, as in :func:`render`.
     """
-    from designer.imaging.endtoend.check import CheckOptions, check_design
-    from designer.imaging.render.lens import Lens
+    from designer.imaging.endtoend.check import CheckOptions, check_design, through_lens
 
-    return check_design(design, CheckOptions(scene=scene, seed=seed, lens=Lens() if aperture else None))
+    options = CheckOptions(scene=scene, seed=seed)
+    return check_design(design, through_lens(options) if aperture else options)
 
 
 def point_cloud(found: EndToEndCheck) -> PointCloud:

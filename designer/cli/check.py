@@ -59,13 +59,13 @@ def check(
     from dataclasses import replace
 
     from designer.imaging.endtoend.check import CheckOptions, check_design
+    from designer.imaging.endtoend.check import through_lens as with_lens
     from designer.imaging.endtoend.description import (
         describe_check,
         describe_comparison,
         summarise_check,
         summarise_comparison,
     )
-    from designer.imaging.render.lens import Lens
     from designer.imaging.stereo.matching import ACCURATE_OPTIONS
 
     options = CheckOptions(
@@ -78,7 +78,7 @@ def check(
         seed=seed,
     )
     pinhole = check_design(record, options)
-    lens = check_design(record, replace(options, lens=Lens())) if through_lens else None
+    lens = check_design(record, with_lens(options)) if through_lens else None
     if as_json:
         import json
 

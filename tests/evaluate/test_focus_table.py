@@ -51,7 +51,7 @@ def test_traced_light_is_as_wide_as_said_where_sharpness_ends(name: str) -> None
         ends = [end for end in ends if end > design.diameter_mm]
         if ends:
             traced = traced_blur_px(design, row["view"], row["elevation_deg"], ends, focus) / px_per_deg
-            np.testing.assert_allclose(traced, table["harmless_blur_deg"], rtol=1e-4)
+            np.testing.assert_allclose(traced, table["tolerable_blur_deg"], rtol=1e-4)
 
 
 def test_lines_say_what_is_sharp_and_what_is_not() -> None:

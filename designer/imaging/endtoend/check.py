@@ -11,7 +11,7 @@ width: blur takes texture away, in the calibration scene too, and with it matche
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -58,6 +58,15 @@ class CheckOptions:
 
 
 DEFAULT_OPTIONS = CheckOptions()
+
+
+def through_lens(options: CheckOptions) -> CheckOptions:
+    """The same check through the design's lens, the panoramas levelled in brightness.
+
+    A folded view loses light at two mirrors, a direct one at one, and both towards the rim: matched as they are, the
+    views would be unlike everywhere.
+    """
+    return replace(options, lens=Lens(), matching=replace(options.matching, level_brightness=True))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

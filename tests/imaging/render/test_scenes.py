@@ -292,3 +292,10 @@ def test_an_empty_scene_is_refused(tmp_path: Path, prototype: Design) -> None:
     (tmp_path / "empty.off").write_text("OFF\n0 0 0\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"empty\.off: "):
         build_world(str(tmp_path / "empty.off"), prototype)
+
+
+def test_no_rays_meet_nothing_and_nothing_is_warned_of(prototype: Design) -> None:
+    none = np.empty((3, 0))
+    with np.errstate(all="raise"):
+        hits = first_surfaces(build_world("office", prototype), none, none)
+    assert hits.surface.size == 0

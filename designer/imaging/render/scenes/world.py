@@ -128,8 +128,10 @@ def _candidates(bounds: Bounds, azimuth: Array, starts: Array) -> Iterator[tuple
     horizontal distance) of a ray that meets the shape. A ray that starts at most ``off`` from the axis meets the disc
     only if its azimuth differs from that of the centre by no more than asin((radius + off) / distance of the centre).
     """
-    off = float(np.hypot(starts[0], starts[1]).max(initial=0.0))
-    highest_start, lowest_start = starts[2].max(initial=-np.inf), starts[2].min(initial=np.inf)
+    if not azimuth.size:
+        return
+    off = float(np.hypot(starts[0], starts[1]).max())
+    highest_start, lowest_start = starts[2].max(), starts[2].min()
     reach = bounds.radius + off
     nearest, farthest = np.maximum(bounds.away - reach, 0.0), bounds.away + reach
     fall, rise = bounds.lowest - highest_start, bounds.highest - lowest_start
