@@ -1,4 +1,4 @@
-"""The check through the design's own lens: a sharp design keeps most of what a pinhole keeps, a blurred one does not."""
+"""The check through a design's own lens: a sharp one keeps most of what a pinhole keeps, a blurred one does not."""
 
 from __future__ import annotations
 
