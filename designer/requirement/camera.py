@@ -22,12 +22,16 @@ class Lens(Part):
     focal_length_mm: Annotated[
         NumberOrRange,
         Quantity(0.2, 2000, "mm", if_smaller=METRES, shape="number or range"),
-        Field(description="Focal length engraved on the lens, or the range in which the optimiser may choose."),
+        Field(
+            title="focal length",
+            description="Focal length engraved on the lens, or the range in which the optimiser may choose.",
+        ),
     ]
     focus_distance_mm: Annotated[
         float,
         Quantity(0.3, 1e9, "mm", if_smaller=METRES, may_be_infinite=True),
         Field(
+            title="focused at",
             default=math.inf,
             description="Distance from the entrance pupil at which the lens is focused. The image plane then lies at "
             "f u / (u - f). Default: inf, as in the paper; mirrors put virtual images near by, so give the true one.",
@@ -36,25 +40,26 @@ class Lens(Part):
     f_number: Annotated[
         float,
         Quantity(0.5, 128),
-        Field(description="Aperture the lens will be used at; sets the depth of field."),
+        Field(title="f-number", description="Aperture the lens will be used at; sets the depth of field."),
     ]
     radius_mm: Annotated[
         float,
         Quantity(0.2, 1000, "mm", if_smaller=METRES),
-        Field(description="Outer radius (not diameter) of the barrel."),
+        Field(title="barrel radius", description="Outer radius (not diameter) of the barrel."),
     ]
     front_mm: Annotated[
         float,
         Quantity(0, 1000, "mm", if_smaller="the barrel's front lies above the entrance pupil"),
         Field(
+            title="front above entrance pupil",
             description="Height of the barrel's front rim above the entrance pupil: the depth of the pupil inside the "
-            "lens, typically some millimetres."
+            "lens, typically some millimetres.",
         ),
     ]
     length_mm: Annotated[
         float,
         Quantity(0, 1000, "mm"),
-        Field(description="Length of the barrel from its front rim down to the camera body."),
+        Field(title="barrel length", description="Length of the barrel from its front rim down to the camera body."),
     ]
 
     @property
@@ -115,6 +120,7 @@ class Camera(Part):
         float,
         Quantity(4, 100_000, "pixels"),
         Field(
+            title="image circle's radius",
             default_factory=lambda data: min(data.get("width_px", 0), data.get("height_px", 0)) / 2,
             description="Radius of the usable image round its centre. Default: half the smaller image side, so that "
             "every azimuth is seen whole. At most half the diagonal.",
@@ -123,12 +129,16 @@ class Camera(Part):
     body_radius_mm: Annotated[
         float,
         Quantity(0.5, 1e4, "mm", if_smaller=METRES),
-        Field(description="Radius of the cylinder round the optical axis that holds the camera body below the lens."),
+        Field(
+            title="camera body's radius",
+            description="Radius of the cylinder round the optical axis that holds the camera body below the lens.",
+        ),
     ]
     nearest_mirror_mm: Annotated[
         float,
         Quantity(0, 1e4, "mm"),
         Field(
+            title="nearest mirror point, at least",
             default=25.0,
             description="Least axial distance from the entrance pupil to the first mirror of each path. Without it "
             "optima hug the lens, where nothing can be focused. Default: 25, about what a small lens reaches with a "

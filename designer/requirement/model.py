@@ -85,12 +85,13 @@ class Solve(Part):
     seed: Annotated[
         int,
         Quantity(0, 2**32 - 1, whole=True),
-        Field(default=0, description="Seed of every random choice; the same seed gives the same study."),
+        Field(title="seed", default=0, description="Seed of every random choice; the same seed gives the same study."),
     ]
     starts: Annotated[
         int,
         Quantity(1, 10_000, whole=True),
         Field(
+            title="starts",
             default=16,
             description="Starting points of the optimiser for each variant of a configuration. Default: 16; more "
             "starts cost time and find better optima rarely.",
@@ -143,12 +144,16 @@ class Requirement(Part):
     baseline_mm: Annotated[
         NumberOrRange,
         Quantity(1, 1e5, "mm", if_smaller=METRES, shape="number or range"),
-        Field(description="Distance between the two effective viewpoints, or the range in which to choose it."),
+        Field(
+            title="baseline",
+            description="Distance between the two effective viewpoints, or the range in which to choose it.",
+        ),
     ]
     noise_px: Annotated[
         float,
         Quantity(0.001, 10, "pixels"),
         Field(
+            title="image noise, each view",
             default=0.1,
             description="Standard deviation of an image point's radial position in each view. Default: 0.1, what "
             "subpixel matching reaches on good texture.",

@@ -17,12 +17,18 @@ class WorkingVolume(Part):
     elevation_deg: Annotated[
         tuple[float, float],
         Quantity(-89, 89, "degrees", shape="range"),
-        Field(description="Lowest and highest elevation, seen from the middle of the baseline; up is positive."),
+        Field(
+            title="elevation, from the middle",
+            description="Lowest and highest elevation, seen from the middle of the baseline; up is positive.",
+        ),
     ]
     distance_mm: Annotated[
         tuple[float, float],
         Quantity(1e-3, 1e7, "mm", shape="range"),
-        Field(description="Nearest and farthest horizontal distance from the optical axis."),
+        Field(
+            title="distance from the axis",
+            description="Nearest and farthest horizontal distance from the optical axis.",
+        ),
     ]
 
     @model_validator(mode="after")
@@ -40,19 +46,21 @@ class Envelope(Part):
         float,
         Quantity(1, 1e5, "mm", if_smaller=METRES),
         Field(
+            title="height, at most",
             description="Greatest height: from the lower of lens front and lowest mirror substrate to the top of "
-            "the highest substrate."
+            "the highest substrate.",
         ),
     ]
     diameter_mm: Annotated[
         float,
         Quantity(1, 1e5, "mm", if_smaller=METRES),
-        Field(description="Greatest diameter over everything, substrates included."),
+        Field(title="diameter, at most", description="Greatest diameter over everything, substrates included."),
     ]
     mirror_diameter_mm: Annotated[
         float,
         Quantity(1, 1e5, "mm", if_smaller=METRES),
         Field(
+            title="each mirror's diameter, at most",
             default_factory=lambda data: data.get("diameter_mm", math.nan),
             description="Largest mirror that can be bought or made. Default: the envelope's diameter, since nothing "
             "else limits it.",
@@ -76,12 +84,17 @@ class Manufacture(Part):
     substrate_thickness_mm: Annotated[
         float,
         Quantity(0, 1000, "mm"),
-        Field(default=2.0, description="Thickness of every mirror along z. Default: 2, common for turned aluminium."),
+        Field(
+            title="substrate thickness",
+            default=2.0,
+            description="Thickness of every mirror along z. Default: 2, common for turned aluminium.",
+        ),
     ]
     edge_margin_mm: Annotated[
         float,
         Quantity(0, 1000, "mm"),
         Field(
+            title="edge margin",
             default=0.5,
             description="Radial width by which a mirror's face reaches beyond its used zone, at the outer and at the "
             "inner edge. The used zone is that of chief rays: see clearance_mm. Default: 0.5, since diamond "
@@ -92,6 +105,7 @@ class Manufacture(Part):
         float,
         Quantity(0.001, 1000, "mm"),
         Field(
+            title="clearance",
             default=0.5,
             description="Least distance between any light and any edge, and between any two solids; light that "
             "touches an edge is blocked, so it cannot be 0. Light means chief rays, through the middle of the "
@@ -104,6 +118,7 @@ class Manufacture(Part):
         float,
         Quantity(0, 10_000, "pixels"),
         Field(
+            title="gap between the zones",
             default=4.0,
             description="Radial gap in the image between the zones of the two views. Default: 4, wider than the blur "
             "of a lens in focus.",
@@ -113,6 +128,7 @@ class Manufacture(Part):
         float,
         Quantity(0, 1e4, "mm"),
         Field(
+            title="mirror radius, at least",
             default=4.0,
             description="Least outer radius of a mirror's face. Default: 4; smaller ones are hard to turn and mount.",
         ),
@@ -121,6 +137,7 @@ class Manufacture(Part):
         float,
         Quantity(5, 89, "degrees", if_smaller=RADIANS),
         Field(
+            title="surface slope, at most",
             default=70.0,
             description="Steepest slope of a mirror's face against the horizontal. Default: 70; beyond it few "
             "machines turn and few instruments measure.",

@@ -7,7 +7,6 @@ from collections import Counter
 from designer.configurations import Configuration, enumerate_configurations, with_article
 from designer.evaluate.score import recorded_fabrication_notes
 from designer.goals import GOALS
-from designer.report.content.requirement import objective_name
 from designer.report.content.tables import percent
 from designer.report.typst.markup import literal, number, plain_number, text, typographic
 from designer.study.row import Row
@@ -117,10 +116,10 @@ def _decided(study: Study) -> str:
     tied = sum(value <= best * (1 + within / 100) * (1 + 1e-9) for value in values)
     if tied > 1:
         return text(
-            f"Within {plain_number(within)} % of the least {objective_name(first)} lie {tied} designs; among them "
-            f"{objective_name(then)} decided."
+            f"Within {plain_number(within)} % of the least {GOALS[first].label} lie {tied} designs; among them "
+            f"{GOALS[then].label} decided."
         )
-    return text(f"No other design comes within {plain_number(within)} % of its {objective_name(first)}: that decided.")
+    return text(f"No other design comes within {plain_number(within)} % of its {GOALS[first].label}: that decided.")
 
 
 def _first_objective(row: Row, objective: str) -> float | None:
