@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from designer.design import Design
+    from designer.evaluate.focus_table import FocusTable
     from designer.evaluate.score import Score
     from designer.trace.sequential import SequentialTrace
     from designer.verify.verdict import Verdict
@@ -33,11 +34,15 @@ class Evaluation:
         A sentence for each recorded number that the mirrors contradict.
     score
         The score; ``score.as_json()`` is what ``designer evaluate --json`` prints under ``evaluation``.
+    focus
+        How sharp the design is through its lens: what ``designer evaluate --json`` prints under ``focus``; None where
+        its numbers do not say.
     """
 
     design: Design
     contradictions: tuple[str, ...]
     score: Score
+    focus: FocusTable | None
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -67,6 +72,7 @@ class Evaluation:
             ("baseline (mm)", self.design.baseline_mm),
             ("height (mm)", self.score.height_mm),
             ("diameter (mm)", self.score.diameter_mm),
+            *(() if self.focus is None else (("largest blur through the lens (px)", self.focus["largest_blur_px"]),)),
             *(("contradicted", sentence) for sentence in self.contradictions),
             *(("before ordering mirrors", sentence) for sentence in self.notes),
         ]
@@ -101,12 +107,14 @@ def evaluate(design: Design) -> Evaluation:
     InputError
         The design cannot be scored: its numbers describe no stereo pair.
     """
+    from designer.evaluate.focus_table import focus_table
     from designer.evaluate.score import evaluate_design
     from designer.verify.record import record_problems
     from designer.verify.traced_views import as_traced
 
     as_made, said = as_traced(design)
-    return Evaluation(as_made, (*said, *record_problems(as_made)), evaluate_design(as_made))
+    contradictions = (*said, *record_problems(as_made))
+    return Evaluation(as_made, contradictions, evaluate_design(as_made), focus_table(as_made))
 
 
 def trace(design: Design) -> Verdict:

@@ -39,11 +39,12 @@ def render(
     scene
         office, pipe, hall, sky or cylinder, auto (by the working volume), or the path of a mesh.
     texture
-        rich, poor or repetitive.
+        rich, poor, repetitive, or natural: each surface's own material, which cylinder and meshes have not.
     samples
-        Rays along each side of a pixel; 2 by default, 4 with ``aperture``.
+        Rays along each side of a pixel; 2 by default, 3 with ``aperture``.
     aperture
-        Whether rays fill the pupil of the lens, which shows defocus; else they pass through its centre.
+        Whether rays fill the pupil of the lens, with its focus, the light that glass and mirrors lose, and diffraction;
+        else they pass through the middle of the pupil and lose nothing.
     read_noise_electrons, full_well_electrons
         The detector's noise; no noise at all by default.
     sensor_height_mm
@@ -59,14 +60,16 @@ def render(
     import numpy as np
 
     from designer.imaging.render.detector import Detector, expose
+    from designer.imaging.render.lens import Lens, default_samples
     from designer.imaging.render.raytracing import render as render_radiance
     from designer.imaging.render.scenes.library import build_world
 
     if read_noise_electrons is not None and not (read_noise_electrons >= 0.0 and full_well_electrons >= 1.0):
         raise InputError("a detector needs a read noise of at least 0 and a full well of at least 1 electron")
     world = build_world(scene, design, texture, seed, sensor_height_mm)
-    samples = (4 if aperture else 2) if samples is None else samples
-    radiance = render_radiance(design, world, samples=samples, aperture=aperture, seed=seed)
+    lens = Lens() if aperture else None
+    samples = default_samples(lens) if samples is None else samples
+    radiance = render_radiance(design, world, samples=samples, aperture=aperture, seed=seed, lens=lens)
     detector = None if read_noise_electrons is None else Detector(full_well_electrons, read_noise_electrons)
     return np.asarray(expose(radiance, detector, seed=seed), dtype=np.uint8)
 
@@ -191,8 +194,10 @@ def reconstruct(
     return process(rig, _image_of(image, rig.design.camera), request)
 
 
-def check(design: Design, scene: str = "auto", seed: int = 0) -> EndToEndCheck:
+def check(design: Design, scene: str = "auto", seed: int = 0, *, aperture: bool = False) -> EndToEndCheck:
     """A design tried end to end: a scene rendered, turned into panoramas, matched, and compared with the truth.
+
+    Through a pinhole, which proves the geometry; with ``aperture`` through the design's own lens.
 
     Parameters
     ----------
@@ -200,10 +205,13 @@ def check(design: Design, scene: str = "auto", seed: int = 0) -> EndToEndCheck:
         office, pipe, hall, sky or cylinder, auto (by the working volume), or the path of a mesh.
     seed
         Of textures and noise.
+    aperture
+        Whether rays fill the pupil of the lens, as in :func:`render`.
     """
-    from designer.imaging.endtoend.check import CheckOptions, check_design
+    from designer.imaging.endtoend.check import CheckOptions, check_design, through_lens
 
-    return check_design(design, CheckOptions(scene=scene, seed=seed))
+    options = CheckOptions(scene=scene, seed=seed)
+    return check_design(design, through_lens(options) if aperture else options)
 
 
 def point_cloud(found: EndToEndCheck) -> PointCloud:

@@ -37,13 +37,14 @@ def trace(design: Path) -> None:
 @click.argument("design", type=click.Path(path_type=Path))
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def evaluate(design: Path, as_json: bool) -> None:
-    """Score and trace DESIGN.json, an existing or hand-edited design.
+    """Score and trace DESIGN.json, an existing or hand-edited design, and say how sharp it is through its lens.
 
     Where the record contradicts the mirrors a warning says so, and the score is that of the mirrors.
     """
     from designer.design import read_design
 
     record = read_design(design)
+    from designer.evaluate.focus_table import describe_focus, focus_table
     from designer.evaluate.score import evaluate_design
     from designer.verify.description import describe
     from designer.verify.judge import judge
@@ -59,18 +60,27 @@ def evaluate(design: Path, as_json: bool) -> None:
     except InputError as error:
         raise InputError(f"{design}: {error}") from None
     measured = None if score.depth.second_order_valid else _monte_carlo(geometry)
+    focus = focus_table(geometry)
     verdict = judge(record)
     summary = {"baseline_mm": geometry.baseline_mm} | score.as_json()
     if as_json:
         import json
         from dataclasses import asdict
 
-        content = {"warnings": warnings, "evaluation": summary, "monte_carlo": measured, "trace": asdict(verdict)}
+        content = {
+            "warnings": warnings,
+            "evaluation": summary,
+            "monte_carlo": measured,
+            "focus": focus,
+            "trace": asdict(verdict),
+        }
         click.echo(json.dumps(_plain(content), indent=2))
         return
-    del summary["fabrication_notes"]
+    del summary["fabrication_notes"], summary["focus"]
     click.echo("\n".join(_outline(_plain(summary))))
     click.echo("\n".join(_how_good_the_score_is(score.depth, measured)))
+    if focus is not None:
+        click.echo("\n".join([*describe_focus(focus), ""]))
     if score.fabrication_notes:
         click.echo("\n".join(["before ordering mirrors:", *(f"  - {note}" for note in score.fabrication_notes), ""]))
     click.echo(describe(verdict))

@@ -23,7 +23,16 @@ scene_option = click.option(
     show_default=True,
     help="office, pipe, hall, sky or cylinder, auto (by the working volume), or a mesh file (mm, z up).",
 )
-texture_option = click.option("--texture", default="rich", show_default=True, help="rich, poor or repetitive.")
+texture_option = click.option(
+    "--texture", default="rich", show_default=True, help="rich, poor, repetitive or natural (each surface's own)."
+)
+
+
+def lens_option(help_text: str) -> Callable[[Command], Command]:
+    """``--lens``, or ``--aperture``, the first name that it had."""
+    return click.option("--lens", "--aperture", "through_lens", is_flag=True, help=help_text)
+
+
 seed_option = click.option(
     "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Random seed of textures and noise."
 )

@@ -11,6 +11,7 @@ from designer.cli.imaging_options import (
     design_argument,
     detector_of,
     detector_options,
+    lens_option,
     scene_option,
     seed_option,
     texture_option,
@@ -25,9 +26,9 @@ MOST_SAMPLES = 16
 @scene_option
 @click.option("-o", "--out", type=click.Path(path_type=Path), required=True, help="PNG file to write.")
 @click.option(
-    "--samples", type=int, help="Rays along each side of a pixel, squared in all.  [default: 2; 4 with --aperture]"
+    "--samples", type=int, help="Rays along each side of a pixel, squared in all.  [default: 2; 3 with --lens]"
 )
-@click.option("--aperture", is_flag=True, help="Rays over the whole pupil of the lens: shows defocus.")
+@lens_option("Through the design's lens instead of a pinhole: f-number, focus, lost light, diffraction.")
 @detector_options(read_noise_electrons=None)
 @click.option("--bits", type=click.Choice(["8", "16"]), default="8", show_default=True, help="Bits of a pixel.")
 @texture_option
@@ -39,7 +40,7 @@ def render(
     scene: str,
     out: Path,
     samples: int | None,
-    aperture: bool,
+    through_lens: bool,
     noise_electrons: float | None,
     full_well_electrons: float,
     bits: str,
@@ -51,8 +52,7 @@ def render(
     """Render the raw image that the camera of DESIGN.json records of a scene, by ray tracing."""
     from designer.design import read_design
 
-    samples = (4 if aperture else 2) if samples is None else samples
-    if not 1 <= samples <= MOST_SAMPLES:
+    if samples is not None and not 1 <= samples <= MOST_SAMPLES:
         raise InputError(f"--samples {samples}: must be from 1 to {MOST_SAMPLES}")
     check_electrons(noise_electrons, full_well_electrons)
     if out.suffix.lower() != ".png":
@@ -64,15 +64,19 @@ def render(
     from designer.imaging.images import write_image
     from designer.imaging.render.detector import expose
     from designer.imaging.render.files import write_truth
+    from designer.imaging.render.lens import Lens, default_samples, describe_lens
     from designer.imaging.render.raytracing import ground_truth
     from designer.imaging.render.raytracing import render as render_image
     from designer.imaging.render.scenes.library import build_world
 
     world = build_world(scene, record, texture, seed, sensor_height_mm)
-    image = render_image(record, world, samples=samples, aperture=aperture, seed=seed)
+    lens = Lens() if through_lens else None
+    samples = default_samples(lens) if samples is None else samples
+    image = render_image(record, world, samples=samples, aperture=through_lens, seed=seed, lens=lens)
     detector = None if noise_electrons is None else detector_of(noise_electrons, full_well_electrons)
     write_image(out, expose(image, detector, bits=16 if bits == "16" else 8, seed=seed))
-    click.echo(f"{out}: {record.camera.width_px} x {record.camera.height_px} pixels, scene {world.name}")
+    glass = f", through {describe_lens(record.camera)}" if through_lens else ""
+    click.echo(f"{out}: {record.camera.width_px} x {record.camera.height_px} pixels, scene {world.name}{glass}")
     if truth is not None:
         write_truth(truth, ground_truth(record, world))
         click.echo(f"{truth}: view, point, distance and surface of each pixel")

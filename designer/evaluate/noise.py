@@ -28,9 +28,20 @@ where v is the variance of a raw pixel and P its area on the surface, v' and P' 
 and E[g^2; S^2] the gradient's energy after all blur S. For white noise, h = 0, this is Cramer and Rao's bound
 sigma_n^2 / sum of g^2; smoothed noise leaves the bound where it was but least squares a little above it.
 
+*Aliasing.* What the pixels of a sharp image fold down is noise that no light takes away. To low wave numbers they
+fold what lies about 2 pi / pixel, where the square pixel passes little: in pixels its spectral density is
+1.08 C^2 q^2 / (16 pi^5), 1.08 summing the higher orders. Through the lens's blur of variance b in pixels, and with A
+for that of all that is seen and smoothed, the sum over wave numbers shrinks by about exp(-4 pi^2 b A / (A + b)), by
+Laplace's method. It is the floor of well-lit, well-focused images, and vanishes within two pixels of defocus.
+
 *Unequal blur.* Two views that are not equally sharp see windows whose edges differ. By parts, the integral of
-g (I_upper - I_lower) over the window leaves only terms at its edges, of the order of the difference of variances
-over the side of the window: no light takes that away.
+g (I_upper - I_lower) over the window leaves only terms at its edges: a standard deviation of 0.32 times the difference
+of the variances along the meridian over the side of the window, and 0.5 times that across it (by simulation), more
+where the matcher weighs the window unevenly.
+
+*Unequal scale.* Near by, the two views see a surface at different slants, so a window of one is shorter in the other by
+(1 + m_upper^2) / (1 + m_lower^2): the square windows that find the surface lose their grip, and the noise of what they
+find grows with window times that excess.
 
 Every function takes floats, NumPy arrays or CasADi symbols; lengths in mm on the sensor or on the surface.
 """
@@ -42,12 +53,21 @@ from typing import Literal
 
 import numpy as np
 
-from designer.optics.backend import Scalar, sqrt
+from designer.optics.backend import Scalar, exp, sqrt
 
+# Contrast of an octave in rendered scenes, with wavelengths as shares of their extent: eight octaves of 0.3 together,
+# squeezed into -1 to 1 (see the tests).
+RICH_CONTRAST_PER_OCTAVE = 0.0984
+FINEST_WAVELENGTH, COARSEST_WAVELENGTH = 0.2 / 2.0**8, 0.2
 # Gradient energy through a perfect round lens equals that through a Gaussian of this times lambda N (see the tests).
 DIFFRACTION_SIGMA = 0.4695
 # An area of one square pixel, evenly sensitive.
 PIXEL_VARIANCE = 1.0 / 12.0
+# Density of aliasing at low wave numbers in pixels, over C^2 q^2, and what higher wave numbers add to its effect.
+ALIASING_DENSITY = 1.08 / (16.0 * np.pi**5)
+ALIASING_BEYOND = 1.9
+# Error from unequal blur, over the difference of variances per side of the window (see the tests).
+EDGE_ALONG, EDGE_ACROSS = 0.32, 0.5
 # Half-width of the rounded corner of the smooth maximum, relative.
 _ROUNDING = 0.05
 
@@ -56,9 +76,9 @@ _ROUNDING = 0.05
 class Texture:
     """What surfaces show: rms contrast of each octave relative to their tone, between two wavelengths in mm."""
 
-    contrast_per_octave: float
-    finest_mm: float
-    coarsest_mm: float
+    contrast_per_octave: Scalar
+    finest_mm: Scalar
+    coarsest_mm: Scalar
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,20 +98,25 @@ class Light:
 
 @dataclass(frozen=True, slots=True)
 class Matching:
-    """How a matcher works: side of its window in panorama pixels, columns of the panorama, and what it makes of it.
+    """How a matcher works, and what it makes of its windows, as ``benchmarks/noise.py`` measures it.
 
-    ``efficiency`` is the variance that least squares would have over that measured, and ``edge_share`` the error from
-    unequal blur in units of that of the module's text.
+    ``window`` is the side of its window in panorama pixels, ``columns`` the width of the panorama. ``efficiency`` is
+    the variance of plain least squares over that measured. ``edge_loss`` multiplies the error from unequal blur,
+    and ``slant_loss`` is what each row by which the window is shorter in one view than in the other adds to the
+    standard deviation, relative. ``floor`` in rows is what is left without noise, aliasing and unequal blur.
     """
 
     window: int = 9
     columns: int = 1800
-    efficiency: float = 1.0
-    edge_share: float = 1.0
+    efficiency: float = 0.78
+    edge_loss: float = 2.6
+    slant_loss: float = 0.87
+    floor: float = 0.05
 
 
 Matcher = Literal["sad", "semi_global"]
-MATCHING: dict[Matcher, Matching] = {"sad": Matching(), "semi_global": Matching()}
+# Both as refined by windows that follow the surface. Semi-global matching differs in what it keeps, hardly in noise.
+MATCHING: dict[Matcher, Matching] = {"sad": Matching(), "semi_global": Matching(efficiency=0.81)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,6 +144,11 @@ class Exposure:
     f_number: Scalar
     equalising_sigma_px: Scalar = 0.5
     wavelength: float = 0.0
+
+
+def rich_texture(extent_mm: Scalar) -> Texture:
+    """The texture called rich of rendered scenes of that extent in mm: their farthest working distance."""
+    return Texture(RICH_CONTRAST_PER_OCTAVE, FINEST_WAVELENGTH * extent_mm, COARSEST_WAVELENGTH * extent_mm)
 
 
 def texture_gradient_energy(texture: Texture, along: Scalar, across: Scalar) -> Scalar:
@@ -208,23 +238,52 @@ def matching_noise(
     weight = texture_gradient_energy(texture, sqrt(mean_along + template), sqrt(mean_across))
     rounding = rounding_variance(light) * row * column * weight
     raw = pixel_variance(light, exposure.f_number)
-    scale = 1.0 / (matching.efficiency * area * signal * signal)
-    side = matching.window * row
-    unequal = (along[0] - along[1]) / side
-    edge = matching.edge_share**2 * unequal * unequal * sqrt(mean_across) / (matching.window * column)
+    excess = matching.slant_loss * matching.window * (stretch[0] - stretch[1])
+    loss = (1.0 + excess * excess / (stretch[0] * stretch[1])) / matching.efficiency
+    scale = loss / (area * signal * signal)
+    edge = matching.edge_loss**2 * _edge_variance(along, across, matching.window * row, matching.window * column)
+    floor = (matching.floor * row) ** 2
     noises = []
-    for scale_along, scale_across, smoothing in zip(along_scale, across_scale, along_smoothing, strict=True):
-        smoothed = texture_gradient_energy(
-            texture, sqrt(mean_along + template + smoothing), sqrt(mean_across + across_smoothing)
-        )
+    for scale_along, scale_across, smoothing, blur in zip(
+        along_scale, across_scale, along_smoothing, blurs, strict=True
+    ):
+        total_along, total_across = mean_along + template + smoothing, mean_across + across_smoothing
+        smoothed = texture_gradient_energy(texture, sqrt(total_along), sqrt(total_across))
         pixel = sqrt(scale_along * scale_across) * exposure.pixel_pitch**2
-        variance = scale * (raw * pixel * smoothed + rounding) + edge / 2.0
+        aliased = _aliasing(texture, pixel, blur / exposure.pixel_pitch**2 - PIXEL_VARIANCE, total_along, total_across)
+        variance = scale * (raw * pixel * smoothed + rounding + aliased) + (edge + floor) / 2.0
         noises.append(sqrt(variance / scale_along))
     return noises[0], noises[1]
 
 
+def _aliasing(texture: Texture, pixel: Scalar, lens_blur_px2: Scalar, along: Scalar, across: Scalar) -> Scalar:
+    """What aliasing adds where white noise adds variance times pixel times gradient energy; ``pixel`` in mm^2.
+
+    ``along`` and ``across`` are variances in mm^2 of template and noise after all smoothing.
+    """
+    power = texture.contrast_per_octave**2 / np.log(2.0)
+    after = sqrt(along * across) / pixel
+    both = after + lens_blur_px2
+    lens = (2.0 * np.pi) ** 2 * lens_blur_px2 * after / both
+    passed = exp(-lens) * (1.0 + lens * lens_blur_px2 / both) * (both / after) ** 3
+    # Nothing is there to be folded down where the finest wavelength is longer than a pixel.
+    coarseness = (texture.finest_mm**2 / pixel) ** 4
+    density = ALIASING_DENSITY * ALIASING_BEYOND * power * pixel * pixel * passed / (1.0 + coarseness)
+    return np.pi**2 * power * density / (along * sqrt(along * across))
+
+
+def _edge_variance(along: list[Scalar], across: list[Scalar], row_side: Scalar, column_side: Scalar) -> Scalar:
+    """Variance in mm^2 of a shift that comes from blurs of unequal variances (mm^2) along and across the meridian."""
+    of_along = EDGE_ALONG * (along[0] - along[1])
+    of_across = EDGE_ACROSS * (across[0] - across[1])
+    return of_along * of_along / (row_side * row_side) + of_across * of_across / (row_side * column_side)
+
+
 def _dawson_remainder(y: Scalar) -> Scalar:
-    """(1 - A(y)) / y with A(y) = F(sqrt y) / sqrt y, from the third convergent of Dawson's continued fraction."""
+    """(1 - A(y)) / y with A(y) = F(sqrt y) / sqrt y, within 1.3 percent.
+
+    From the third convergent of Dawson's continued fraction.
+    """
     return (70.0 + y * (32.0 + 8.0 * y)) / (105.0 + y * (90.0 + y * (36.0 + 8.0 * y)))
 
 

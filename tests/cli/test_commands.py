@@ -233,6 +233,9 @@ def test_a_design_is_scored_and_traced() -> None:
     assert content["evaluation"]["fabrication_notes"] == []
     assert content["evaluation"]["limit_ratio"] >= 1
     assert content["trace"]["passed"] is False
+    assert content["focus"]["focus_distance_mm"] is None
+    assert content["focus"]["best_focus_distance_mm"] == pytest.approx(190.3, abs=0.1)
+    assert f"up to {content['focus']['largest_blur_px']:.1f} px wide" in result.stdout
 
 
 @pytest.mark.parametrize("command", ["trace", "evaluate"])

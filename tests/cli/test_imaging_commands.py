@@ -63,6 +63,30 @@ def test_the_same_seed_gives_the_same_file_and_another_does_not(coarse: Path, tm
     assert rendered(3, "a.png") != rendered(4, "c.png")
 
 
+def test_through_the_lens_the_image_is_blurred_and_darker(coarse: Path, tmp_path: Path) -> None:
+    pinhole, lens, same = (tmp_path / f"{name}.png" for name in ("pinhole", "lens", "same"))
+    for out, words in ((pinhole, ()), (lens, ("--lens",)), (same, ("--aperture", "--samples", 3))):
+        result = run("render", coarse, "-o", out, *words)
+        assert result.exit_code == 0, result.output
+        assert ("through a lens of 12 mm, f/8, focused at infinity" in result.stdout) is bool(words)
+    assert lens.read_bytes() == same.read_bytes()
+    sharp, blurred = (cv2.imread(str(path), cv2.IMREAD_UNCHANGED).astype(float) for path in (pinhole, lens))
+    assert 0.5 * sharp.mean() < blurred.mean() < 0.9 * sharp.mean()
+    assert np.abs(np.diff(blurred, axis=1)).mean() < 0.8 * np.abs(np.diff(sharp, axis=1)).mean()
+
+
+@pytest.mark.slow
+def test_a_check_through_the_lens_says_both(coarse: Path) -> None:
+    words = ("check", coarse, "--scene", "cylinder", "--lens", "--samples", 1)
+    result = run(*words, "--json")
+    content = json.loads(result.stdout, parse_constant=pytest.fail)
+    assert set(content) == {"pinhole", "lens", "kept_of_pinhole", "passed"}
+    assert result.exit_code == (0 if content["passed"] else 1)
+    text = run(*words).stdout
+    assert text.index("through a pinhole") < text.index("through a lens of 12 mm") < text.index("points that both")
+    assert text.splitlines()[-1].startswith("geometry ")
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [

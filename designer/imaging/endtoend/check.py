@@ -4,11 +4,14 @@ The noise of the matched image points is measured on another scene (:mod:`design
 to the distances, elevations and contrasts of the scene under test by first order (docs/theory.md, section 5); nothing
 of how that one was matched enters the prediction. The truth of a panorama pixel is what the traced ray through its
 place in the raw image meets.
+
+Through a pinhole the check proves the geometry. Through the design's lens it says what is left of that when light has
+width: blur takes texture away, in the calibration scene too, and with it matches.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,9 +20,10 @@ from designer.imaging.endtoend.bands import Band, Mask, judge_bands
 from designer.imaging.endtoend.noise import Noise, calibrate_noise, contrast_in, error_per_pixel, record, true_points
 from designer.imaging.images import Image
 from designer.imaging.render.detector import Detector
+from designer.imaging.render.lens import Lens
 from designer.imaging.render.scenes.library import build_world, calibration_world
 from designer.imaging.render.scenes.world import Array, World, first_surfaces
-from designer.imaging.stereo.matching import ACCURATE_OPTIONS, Matches, MatchingOptions
+from designer.imaging.stereo.matching import ACCURATE_OPTIONS, Matches, MatchingOptions, MatchOutcome
 from designer.imaging.stereo.placement import ViewImage
 from designer.imaging.stereo.rig import StereoRig, build_rig, match_image, panoramas
 from designer.notebook_html import html_table, percent
@@ -36,21 +40,33 @@ class CheckOptions:
     """How a design is checked.
 
     ``scene`` and ``texture`` are those of :func:`designer.imaging.render.scenes.library.build_world`; ``samples`` is
-    the number of rays along each side of a pixel; ``seed`` is that of textures and noise. ``built`` is the system that
-    records the images if it was not built as designed; it has the camera of the design.
+    the number of rays along each side of a pixel, None for as many as are enough; ``seed`` is that of textures and
+    noise. ``lens`` is what the images are recorded through, both the calibration scene's and the one's under test,
+    None for a pinhole. ``built`` is the system that records the images if it was not built as designed; it has the
+    camera of the design.
     """
 
     scene: str = "auto"
     texture: str = "rich"
-    samples: int = 2
+    samples: int | None = None
     detector: Detector = field(default_factory=Detector)
     matching: MatchingOptions = ACCURATE_OPTIONS
     equalise: bool = True
     seed: int = 0
+    lens: Lens | None = None
     built: Design | None = None
 
 
 DEFAULT_OPTIONS = CheckOptions()
+
+
+def through_lens(options: CheckOptions) -> CheckOptions:
+    """The same check through the design's lens, the panoramas levelled in brightness.
+
+    A folded view loses light at two mirrors, a direct one at one, and both towards the rim: matched as they are, the
+    views would be unlike everywhere.
+    """
+    return replace(options, lens=Lens(), matching=replace(options.matching, level_brightness=True))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,6 +107,11 @@ class EndToEndCheck:
     both_see: Mask
     predicted: Array
     relative_error: Array
+
+    @property
+    def points(self) -> int:
+        """How many of the pixels judged have a distance."""
+        return int((self.both_see & (self.matches.outcomes == MatchOutcome.KEPT)).sum())
 
     @property
     def passed(self) -> bool:
@@ -154,7 +175,7 @@ def record_both_scenes(rig: StereoRig, world: World, options: CheckOptions) -> R
     """Record the calibration scene and a world with the system as built, and trace what panorama pixels show."""
     built, seed = options.built or rig.design, options.seed
     worlds = (calibration_world(rig.design, seed=seed + 1), world)
-    raw_of_walls, raw = record(built, worlds, options.detector, options.samples, (seed + 1, seed))
+    raw_of_walls, raw = record(built, worlds, options.detector, options.samples, (seed + 1, seed), options.lens)
     points_of_walls, points = true_points(rig, built, worlds)
     return Recording(world, raw_of_walls, points_of_walls, raw, points)
 

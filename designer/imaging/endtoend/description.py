@@ -18,6 +18,7 @@ from designer.imaging.endtoend.bands import (
 )
 from designer.imaging.endtoend.check import EndToEndCheck
 from designer.imaging.endtoend.noise import BANDS, FEWEST_PIXELS, NORMAL_PER_MAD
+from designer.imaging.render.lens import describe_lens
 from designer.imaging.stereo.matching import MatchOutcome
 
 
@@ -57,6 +58,15 @@ class CheckSummary(TypedDict):
     passed: bool
 
 
+class ComparisonSummary(TypedDict):
+    """A design checked through a pinhole and through its lens, and the share of the pinhole's points that is left."""
+
+    pinhole: CheckSummary
+    lens: CheckSummary
+    kept_of_pinhole: float | None
+    passed: bool
+
+
 def definition_of_passing() -> str:
     """What a check demands, in words."""
     return (
@@ -72,6 +82,39 @@ def definition_of_passing() -> str:
 
 def describe_check(check: EndToEndCheck) -> str:
     """The check in lines: a row for each band, what was dropped and why, the definition of passing, the verdict."""
+    return "\n".join([*_lines(check), "", *wrap(definition_of_passing(), 110), "", _verdict(check)])
+
+
+def describe_comparison(pinhole: EndToEndCheck, lens: EndToEndCheck) -> str:
+    """A check through a pinhole and the same through the design's lens, in lines; the plainest words come last."""
+    camera = lens.rig.design.camera
+    share = kept_of_pinhole(pinhole, lens)
+    left = "nothing to compare" if share is None else f"{100 * share:.3g} %"
+    return "\n".join(
+        [
+            "through a pinhole, which proves the geometry:",
+            *_lines(pinhole),
+            _verdict(pinhole),
+            "",
+            f"through {describe_lens(camera)}, light lost at mirrors and towards the rim, diffraction:",
+            *_lines(lens),
+            _verdict(lens),
+            "",
+            *wrap(definition_of_passing(), 110),
+            "",
+            f"points that both views see, with a distance: {pinhole.points} through a pinhole, {lens.points} through "
+            f"the lens ({left})",
+            f"geometry {_verdict(pinhole)}, through the lens {_verdict(lens)}",
+        ]
+    )
+
+
+def kept_of_pinhole(pinhole: EndToEndCheck, lens: EndToEndCheck) -> float | None:
+    """The points found through the lens as a share of those found through a pinhole; None if there are none."""
+    return lens.points / pinhole.points if pinhole.points else None
+
+
+def _lines(check: EndToEndCheck) -> list[str]:
     noise = check.noise.summary
     lines = [
         f"{check.configuration}, scene {check.scene}, {check.texture} texture",
@@ -94,9 +137,11 @@ def describe_check(check: EndToEndCheck) -> str:
         for outcome in MatchOutcome
         if outcome != MatchOutcome.KEPT and counts[outcome]
     ]
-    lines += ["", f"dropped: {', '.join(dropped) or 'none'}", "", *wrap(definition_of_passing(), 110), ""]
-    lines.append("passed" if check.passed else "FAILED")
-    return "\n".join(lines)
+    return [*lines, "", f"dropped: {', '.join(dropped) or 'none'}"]
+
+
+def _verdict(check: EndToEndCheck) -> str:
+    return "passed" if check.passed else "FAILED"
 
 
 def summarise_check(check: EndToEndCheck) -> CheckSummary:
@@ -114,6 +159,16 @@ def summarise_check(check: EndToEndCheck) -> CheckSummary:
         "bands": [_summarise_band(band) for band in check.bands],
         "definition": definition_of_passing(),
         "passed": check.passed,
+    }
+
+
+def summarise_comparison(pinhole: EndToEndCheck, lens: EndToEndCheck) -> ComparisonSummary:
+    """The numbers of both checks in plain types, for JSON; only if both pass the design has passed."""
+    return {
+        "pinhole": summarise_check(pinhole),
+        "lens": summarise_check(lens),
+        "kept_of_pinhole": kept_of_pinhole(pinhole, lens),
+        "passed": pinhole.passed and lens.passed,
     }
 
 

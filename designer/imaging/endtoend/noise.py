@@ -19,6 +19,7 @@ from designer.design import Design
 from designer.evaluate.depth import depth_error_of_slopes, stereo_pair_of
 from designer.imaging.images import Image
 from designer.imaging.render.detector import Detector, expose
+from designer.imaging.render.lens import Lens, default_samples
 from designer.imaging.render.raytracing import ray_directions, render_all
 from designer.imaging.render.scenes.world import Array, World, first_surfaces
 from designer.imaging.stereo.matching import ACCURATE_OPTIONS, MatchingOptions, contrast_of
@@ -115,10 +116,19 @@ def contrast_in(rig: StereoRig, raw: Image, options: MatchingOptions) -> Array:
 
 
 def record(
-    design: Design, worlds: Sequence[World], detector: Detector, samples: int, seeds: Sequence[int]
+    design: Design,
+    worlds: Sequence[World],
+    detector: Detector,
+    samples: int | None,
+    seeds: Sequence[int],
+    lens: Lens | None,
 ) -> list[Image]:
-    """The raw images (h, w) in 8 bits that a system records of worlds, each with its seed of the detector's noise."""
-    rendered = render_all(design, worlds, samples=samples)
+    """The raw images (h, w) in 8 bits that a system records of worlds, each with its seed of the detector's noise.
+
+    Through a lens or, without one, a pinhole; without ``samples`` with as many rays as are enough.
+    """
+    samples = default_samples(lens) if samples is None else samples
+    rendered = render_all(design, worlds, samples=samples, aperture=lens is not None, seed=seeds[-1], lens=lens)
     return [
         np.asarray(expose(image, detector, seed=seed), dtype=np.uint8)
         for image, seed in zip(rendered, seeds, strict=True)

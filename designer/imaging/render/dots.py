@@ -14,14 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from designer.design import VIEW_NAMES, Design, ViewName
-from designer.imaging.render.raytracing import (
-    Pupil,
-    angular_spacing,
-    on_sensor,
-    pupil_of,
-    ray_directions,
-    sample_places,
-)
+from designer.imaging.render.camera_rays import angular_spacing, on_sensor, ray_directions, sample_places
+from designer.imaging.render.lens import Pupil, pupil_of
 from designer.imaging.render.scenes.shapes import Sphere
 from designer.imaging.render.textures import Floats
 from designer.trace.aiming import project

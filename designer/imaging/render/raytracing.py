@@ -7,24 +7,42 @@ centres at whole coordinates. Lengths in mm.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from designer.design import Camera, Design
+from designer.imaging.render.camera_rays import angular_spacing, on_sensor, ray_directions, sample_places
+from designer.imaging.render.full_aperture import render_full_aperture
+from designer.imaging.render.lens import LOSSLESS, Lens, Pupil, pupil_of
+from designer.imaging.render.passage import BLACK_PARTS_RADIANCE
 from designer.imaging.render.scenes.world import Array, Hits, World, first_surfaces, radiance
 from designer.imaging.render.textures import Floats
-from designer.trace.aiming import widest_pinhole_angle
-from designer.trace.bundles import elevation_angles, pinhole_directions
+from designer.imaging.render.threads import for_each
 from designer.trace.first_hit import FirstHitTrace, Status, compare_with_path, trace_first_hits
-from designer.trace.instrument import Instrument, build_instrument
+from designer.trace.instrument import build_instrument
+
+__all__ = [
+    "BLACK_PARTS_RADIANCE",
+    "LOWER_VIEW",
+    "NO_VIEW",
+    "UPPER_VIEW",
+    "GroundTruth",
+    "Pupil",
+    "angular_spacing",
+    "ground_truth",
+    "on_sensor",
+    "pupil_of",
+    "ray_directions",
+    "render",
+    "render_all",
+    "sample_places",
+]
 
 NO_VIEW, LOWER_VIEW, UPPER_VIEW = 0, 1, 2
 
-# Backs and edges of mirrors, barrel and body are black, but not without light.
-BLACK_PARTS_RADIANCE = 0.02
 RAYS_PER_BLOCK = 16384
 
 
@@ -43,57 +61,66 @@ class GroundTruth:
     surface: NDArray[np.int16]
 
 
-@dataclass(frozen=True, slots=True)
-class Pupil:
-    """A thin lens: radius of its pupil and distance at which it is in focus (infinite: far away), in mm."""
-
-    radius_mm: float
-    focus_distance_mm: float
-
-
-def pupil_of(camera: Camera) -> Pupil:
-    """The entrance pupil: nominal focal length / f-number wide, in focus at the camera's ``focus_distance_mm``.
-
-    A camera file without ``focus_distance_mm`` is focused at infinity.
-    """
-    return Pupil(camera.pupil_radius_mm, camera.focus_distance_mm or np.inf)
-
-
-def render(design: Design, world: World, *, samples: int = 2, aperture: bool = False, seed: int = 0) -> Floats:
+def render(
+    design: Design,
+    world: World,
+    *,
+    samples: int = 2,
+    aperture: bool = False,
+    seed: int = 0,
+    lens: Lens | None = None,
+) -> Floats:
     """The image (h, w) that the camera records of one world; the parameters are those of :func:`render_all`."""
-    return render_all(design, (world,), samples=samples, aperture=aperture, seed=seed)[0]
+    return render_all(design, (world,), samples=samples, aperture=aperture, seed=seed, lens=lens)[0]
 
 
 def render_all(
-    design: Design, worlds: Sequence[World], *, samples: int = 2, aperture: bool = False, seed: int = 0
+    design: Design,
+    worlds: Sequence[World],
+    *,
+    samples: int = 2,
+    aperture: bool = False,
+    seed: int = 0,
+    lens: Lens | None = None,
 ) -> list[Floats]:
     """The images (h, w) that the camera records of worlds, radiance 0 to 1, without sensor noise; traced once.
 
     Parameters
     ----------
     samples
-        Rays along each side of a pixel: ``samples`` squared rays for each pixel, on a regular grid.
+        Rays along each side of a pixel: ``samples`` squared rays for each pixel. Through the whole aperture 3 leave
+        less noise than the shot noise of a full well of 10,000 electrons (``benchmarks/rendering.py``).
     aperture
-        Start the rays all over the entrance pupil, instead of at the pinhole: real defocus. Needs more samples.
+        Start the rays all over the entrance pupil, instead of at the pinhole: real defocus and vignetting.
     seed
-        Of the places in pixel and pupil; a pinhole render uses none.
+        Of the places in the pupil; a pinhole render uses none.
+    lens
+        Loss of light at mirrors and towards the rim of the image, and diffraction (through the pupil only). Without
+        it no light is lost and nothing is diffracted.
     """
+    if aperture:
+        return render_full_aperture(design, worlds, samples, lens or LOSSLESS, seed)
     camera = design.camera
     instrument = build_instrument(design)
     spacing = angular_spacing(design, instrument)
     images = [np.zeros((camera.height_px, camera.width_px), dtype=np.float32) for _ in worlds]
-    pupil = pupil_of(camera) if aperture else None
-    for block, (rows, columns) in enumerate(_pixel_blocks(camera, samples**2)):
-        random = np.random.default_rng([seed, block])
-        u, v, starts = sample_places(rows, columns, samples, pupil, random)
-        ahead = ray_directions(camera, u, v, starts, pupil)
-        trace = trace_first_hits(instrument, ahead, starts)
+
+    def work(number: int, pixels: tuple[NDArray[np.intp], NDArray[np.intp]]) -> None:
+        rows, columns = pixels
+        u, v, _ = sample_places(rows, columns, samples, None, np.random.default_rng([seed, number]))
+        ahead = ray_directions(camera, u, v, None, None)
+        trace = trace_first_hits(instrument, ahead)
+        share = None if lens is None else lens.transmission(ahead, (trace.sequence >= 0).sum(axis=1))
         turn = spacing(np.hypot(*on_sensor(camera, u, v))) / samples
         for mirror_u, mirror_v in _REFLECTIONS:
             target = _reflected(camera, rows, columns, mirror_u, mirror_v)
             for image, world in zip(images, worlds, strict=True):
                 seen = _seen(world, trace, turn, mirror_u, mirror_v)
+                if share is not None:
+                    seen *= share
                 image[target] = seen.reshape(-1, samples**2).mean(axis=1)
+
+    for_each(work, _pixel_blocks(camera, samples**2))
     return images
 
 
@@ -122,27 +149,6 @@ def ground_truth(design: Design, world: World) -> GroundTruth:
     return GroundTruth(view, point, distance, surface)
 
 
-def angular_spacing(design: Design, instrument: Instrument) -> Callable[[Array], Array]:
-    """The angle in radians between the exit rays of neighbouring pixels, as a function of image radius in mm.
-
-    It is the geometric mean of the spacings along and across the radius, from one traced meridian.
-    """
-    camera = design.camera
-    pitch = camera.pixel_pitch_mm
-    edge = camera.focal_length_mm * np.tan(widest_pinhole_angle(design))
-    radii = np.arange(pitch / 2.0, edge + pitch, pitch)
-    trace = trace_first_hits(instrument, pinhole_directions(np.arctan2(radii, camera.focal_length_mm)))
-    elevations = elevation_angles(trace.exit_direction)
-    along = np.abs(np.diff(elevations, append=elevations[-1:]))
-    same_way = (trace.sequence[1:] == trace.sequence[:-1]).all(axis=1) & (trace.status[1:] == trace.status[:-1])
-    across = np.cos(elevations) * pitch / radii
-    known = np.append(same_way, False) & (trace.status == Status.ESCAPED)
-    if not known.any():
-        return lambda radius: np.full(np.shape(radius), pitch / camera.focal_length_mm)
-    spacing = np.sqrt(along * across)[known]
-    return lambda radius: np.interp(radius, radii[known], spacing)
-
-
 # The mirrors and the camera are round and centred on the image, so a trace in one quadrant of the image holds in
 # the other three, reflected.
 _REFLECTIONS = ((False, False), (True, False), (False, True), (True, True))
@@ -159,49 +165,6 @@ def _pixel_blocks(camera: Camera, rays_per_pixel: int) -> Iterator[tuple[NDArray
     step = max(1, RAYS_PER_BLOCK // rays_per_pixel)
     for low in range(0, len(rows), step):
         yield rows[low : low + step], columns[low : low + step]
-
-
-def sample_places(
-    rows: NDArray[np.intp],
-    columns: NDArray[np.intp],
-    samples: int,
-    pupil: Pupil | None,
-    random: np.random.Generator,
-) -> tuple[Array, Array, Array | None]:
-    """Places (u, v) on the image and, over a pupil, starting points (n, 3): samples^2 for each pixel, in a row."""
-    cells = (np.arange(samples) + 0.5) / samples
-    across, down = (grid.ravel() for grid in np.meshgrid(cells, cells))
-    shape = (len(rows), samples**2)
-    if pupil is None:
-        u, v = columns[:, None] + across - 0.5, rows[:, None] + down - 0.5
-        return u.ravel(), v.ravel(), None
-    u = columns[:, None] + across + (random.random(shape) - 0.5) / samples - 0.5
-    v = rows[:, None] + down + (random.random(shape) - 0.5) / samples - 0.5
-    # Rings of equal area and equal sectors, turned at random so that place in pixel and place in pupil do not go
-    # together.
-    area = across + (random.random(shape) - 0.5) / samples
-    sector = down + (random.random(shape) - 0.5) / samples + random.random((len(rows), 1))
-    radius = pupil.radius_mm * np.sqrt(area)
-    angle = 2.0 * np.pi * sector
-    starts = np.stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(shape)], axis=-1)
-    return u.ravel(), v.ravel(), starts.reshape(-1, 3)
-
-
-def on_sensor(camera: Camera, u: Array, v: Array) -> tuple[Array, Array]:
-    """Places on the sensor in mm from its centre, right and down, of image places in pixels."""
-    u0, v0 = camera.principal_point_px
-    return (u - u0) * camera.pixel_pitch_mm, (v - v0) * camera.pixel_pitch_mm
-
-
-def ray_directions(camera: Camera, u: Array, v: Array, starts: Array | None, pupil: Pupil | None) -> Array:
-    """Unit directions (n, 3) of the rays through image places; over a pupil, towards the point in focus."""
-    x, y = on_sensor(camera, u, v)
-    ahead = np.stack([x, y, np.full(x.shape, camera.focal_length_mm)], axis=-1)
-    if starts is not None and pupil is not None:
-        ahead /= camera.focal_length_mm
-        # Divided by the focus distance, so that a focus at infinity needs no case of its own.
-        ahead -= starts / pupil.focus_distance_mm
-    return np.asarray(ahead / np.linalg.norm(ahead, axis=1)[:, None])
 
 
 def _reflected(

@@ -16,7 +16,7 @@ from designer.files import InputError
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
-TextureKind = Literal["rich", "poor", "repetitive"]
+TextureKind = Literal["rich", "poor", "repetitive", "natural"]
 TEXTURE_KINDS: tuple[TextureKind, ...] = get_args(TextureKind)
 
 # Of the largest extent of a scene: 4 mm to 1 m in a scene of 5 m.
@@ -53,7 +53,9 @@ def make_texture(kind: str, extent_mm: float, seed: int = 0) -> Texture:
     """The texture of a scene that extends over ``extent_mm``.
 
     ``rich`` holds equal contrast in every octave and does not repeat; ``poor`` holds faint, wide shades alone;
-    ``repetitive`` is a cubic lattice, all of whose cells look alike.
+    ``repetitive`` is a cubic lattice, all of whose cells look alike. ``natural`` leaves the surfaces of a scene to
+    their materials (:mod:`designer.imaging.render.scenes.materials`); this is the texture of those that have none,
+    which is rich.
 
     Raises
     ------
@@ -65,18 +67,32 @@ def make_texture(kind: str, extent_mm: float, seed: int = 0) -> Texture:
     if kind == "repetitive":
         return Texture(_lattice(REPETITIVE_PERIOD * extent_mm))
     random = np.random.default_rng([seed, 0x7E97])
-    finest, contrast = (FINEST_WAVELENGTH, RICH_CONTRAST) if kind == "rich" else (POOR_WAVELENGTH, POOR_CONTRAST)
+    finest, contrast = (FINEST_WAVELENGTH, RICH_CONTRAST) if kind != "poor" else (POOR_WAVELENGTH, POOR_CONTRAST)
     count = max(1, round(np.log2(COARSEST_WAVELENGTH / finest)))
+    return Texture(_octaves(random, COARSEST_WAVELENGTH * extent_mm, count, contrast))
+
+
+def make_grain(finest_mm: float, coarsest_mm: float, contrast: float, seed: int = 0) -> Texture:
+    """A texture with equal contrast in every octave between two wavelengths, that of a material.
+
+    ``contrast`` is its standard deviation, before the ends are rounded off.
+    """
+    random = np.random.default_rng([seed, 0x64A1])
+    count = max(1, round(np.log2(coarsest_mm / finest_mm)))
+    return Texture(_octaves(random, coarsest_mm, count, contrast))
+
+
+def _octaves(random: np.random.Generator, coarsest_mm: float, count: int, contrast: float) -> tuple[Octave, ...]:
     # Independent waves of amplitude a have variance a^2 / 2 each.
     amplitude = contrast * np.sqrt(2.0 / (count * WAVES_PER_OCTAVE))
     octaves = []
     for octave in range(count):
-        longest = COARSEST_WAVELENGTH * extent_mm / 2.0**octave
+        longest = coarsest_mm / 2.0**octave
         finer = 2.0 ** ((random.permutation(WAVES_PER_OCTAVE) + random.random(WAVES_PER_OCTAVE)) / WAVES_PER_OCTAVE)
         waves = _even_headings(random) * (2.0 * np.pi / longest * finer)
         phases = random.uniform(0.0, 2.0 * np.pi, WAVES_PER_OCTAVE)
         octaves.append(_octave(waves, phases, amplitude))
-    return Texture(tuple(octaves))
+    return tuple(octaves)
 
 
 def texture_values(texture: Texture, coordinates: Array, footprint: Array) -> Floats:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from designer.design import Design, read_design
 from designer.files import InputError
 from designer.imaging.render.scenes.library import SCENE_NAMES, build_world, choose_scene, make_world
-from designer.imaging.render.scenes.shapes import Box, Cylinder, Rectangle, Shape, Sphere
+from designer.imaging.render.scenes.shapes import Box, Cylinder, Ellipsoid, Rectangle, Shape, Sphere
 from designer.imaging.render.scenes.world import first_surfaces, radiance
 from designer.imaging.render.textures import TEXTURE_KINDS, make_texture, texture_values
 from support import DATA
@@ -39,6 +39,12 @@ def _is_inside(shape: Shape, points: np.ndarray) -> np.ndarray:
     """The solids' definitions, with no ray in them."""
     if isinstance(shape, Sphere):
         return np.linalg.norm(points - np.array(shape.centre)[:, None], axis=0) < shape.radius
+    if isinstance(shape, Ellipsoid):
+        across = (points[0] - shape.centre[0] + 1j * (points[1] - shape.centre[1])) * np.exp(
+            -1j * np.radians(shape.yaw_deg)
+        )
+        place = np.stack([across.real, across.imag, points[2] - shape.centre[2]])
+        return np.linalg.norm(place / np.array(shape.radii)[:, None], axis=0) < 1.0
     if isinstance(shape, Box):
         half = (np.array(shape.high) - np.array(shape.low)) / 2
         return (np.abs(_turned_back(points, shape)) < half[:, None]).all(axis=0)
@@ -54,10 +60,12 @@ SOLIDS = [
     Box((-40.0, -60.0, -20.0), (55.0, 10.0, 35.0), yaw_deg=27.0),
     Cylinder((10.0, 5.0, -50.0), (10.0, 5.0, 40.0), 25.0),
     Cylinder((-40.0, 30.0, 5.0), (60.0, -20.0, 25.0), 18.0),
+    Ellipsoid((15.0, -10.0, 5.0), (60.0, 25.0, 40.0), yaw_deg=35.0),
 ]
+SOLID_NAMES = ["sphere", "turned box", "upright cylinder", "slanted cylinder", "ellipsoid"]
 
 
-@pytest.mark.parametrize("shape", SOLIDS, ids=["sphere", "turned box", "upright cylinder", "slanted cylinder"])
+@pytest.mark.parametrize("shape", SOLIDS, ids=SOLID_NAMES)
 def test_the_first_hit_is_where_marching_first_crosses_the_surface(shape: Shape) -> None:
     random = np.random.default_rng(4)
     points = random.uniform(-120, 120, (3, 400))
@@ -82,7 +90,7 @@ def test_the_first_hit_is_where_marching_first_crosses_the_surface(shape: Shape)
     assert not _is_inside(shape, chord_middle).any()
 
 
-@pytest.mark.parametrize("shape", SOLIDS, ids=["sphere", "turned box", "upright cylinder", "slanted cylinder"])
+@pytest.mark.parametrize("shape", SOLIDS, ids=SOLID_NAMES)
 def test_normals_point_out_of_the_solid(shape: Shape) -> None:
     random = np.random.default_rng(5)
     points = _unit(random.standard_normal((3, 500))) * 200
@@ -97,6 +105,11 @@ def test_normals_point_out_of_the_solid(shape: Shape) -> None:
     assert _is_inside(shape, places - 1e-6 * normals).all()
     centre, radius = shape.bounding_disc()
     assert np.all(np.hypot(*(places[:2] - centre[:, None])) <= radius * (1 + 1e-12))
+    lowest, highest = shape.heights()
+    # As tight as 500 rays can tell.
+    unmet = 0.1 * (highest - lowest)
+    assert lowest - 1e-9 <= places[2].min() < lowest + unmet
+    assert highest - unmet < places[2].max() <= highest + 1e-9
 
 
 @given(st.tuples(*[st.floats(-50, 50)] * 2), st.tuples(*[st.floats(-1.6, 1.6)] * 2), st.floats(1, 30), st.floats(1, 30))
@@ -279,3 +292,10 @@ def test_an_empty_scene_is_refused(tmp_path: Path, prototype: Design) -> None:
     (tmp_path / "empty.off").write_text("OFF\n0 0 0\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"empty\.off: "):
         build_world(str(tmp_path / "empty.off"), prototype)
+
+
+def test_no_rays_meet_nothing_and_nothing_is_warned_of(prototype: Design) -> None:
+    none = np.empty((3, 0))
+    with np.errstate(all="raise"):
+        hits = first_surfaces(build_world("office", prototype), none, none)
+    assert hits.surface.size == 0

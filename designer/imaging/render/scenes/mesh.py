@@ -48,6 +48,11 @@ class TriangleMesh:
         low, high = self.mesh.bounds[:, :2]
         return np.asarray((low + high) / 2.0), float(np.hypot(*(high - low)) / 2.0)
 
+    def heights(self) -> tuple[float, float]:
+        """Lowest and highest z in mm."""
+        low, high = self.mesh.bounds[:, 2]
+        return float(low), float(high)
+
     def _first_triangles(self, points: Array, directions: Array) -> NDArray[np.intp]:
         return np.asarray(self.mesh.ray.intersects_first(points.T, directions.T), dtype=np.intp)
 

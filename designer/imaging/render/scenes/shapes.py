@@ -35,6 +35,10 @@ class Shape(Protocol):
         """Centre (2,) and radius in mm of a disc that holds the whole shape as seen along the z axis."""
         ...
 
+    def heights(self) -> tuple[float, float]:
+        """Lowest and highest z in mm between which the whole shape lies."""
+        ...
+
 
 @runtime_checkable
 class Coloured(Protocol):
@@ -73,6 +77,11 @@ class Rectangle:
         """Centre (2,) and radius in mm of a disc that holds the rectangle seen along the z axis."""
         width, height = np.asarray(self.half_width[:2]), np.asarray(self.half_height[:2])
         return np.asarray(self.centre[:2]), float(max(np.hypot(*(width + height)), np.hypot(*(width - height))))
+
+    def heights(self) -> tuple[float, float]:
+        """Lowest and highest z in mm."""
+        reach = abs(self.half_width[2]) + abs(self.half_height[2])
+        return self.centre[2] - reach, self.centre[2] + reach
 
     def _normal(self) -> Array:
         normal = np.cross(self.half_width, self.half_height)
@@ -115,6 +124,10 @@ class Box:
         """Centre (2,) and radius in mm of a disc that holds the box seen along the z axis."""
         return (np.asarray(self.high[:2]) + np.asarray(self.low[:2])) / 2.0, float(np.hypot(*self._half()[:2]))
 
+    def heights(self) -> tuple[float, float]:
+        """Lowest and highest z in mm."""
+        return self.low[2], self.high[2]
+
     def _half(self) -> Array:
         return np.asarray((np.asarray(self.high) - np.asarray(self.low)) / 2.0)
 
@@ -148,6 +161,47 @@ class Sphere:
     def bounding_disc(self) -> tuple[Array, float]:
         """Centre (2,) and radius in mm of the sphere's outline seen along the z axis."""
         return np.asarray(self.centre[:2]), self.radius
+
+    def heights(self) -> tuple[float, float]:
+        """Lowest and highest z in mm."""
+        return self.centre[2] - self.radius, self.centre[2] + self.radius
+
+
+@dataclass(frozen=True, slots=True)
+class Ellipsoid:
+    """A ball drawn out to ``radii`` along its axes, then turned about the vertical through its centre."""
+
+    centre: Point
+    radii: Point
+    yaw_deg: float = 0.0
+
+    def distances(self, points: Array, directions: Array) -> Array:
+        """Distance (n,) in mm to the ellipsoid, infinite where the ray misses."""
+        offset, ahead = self._as_ball(points - np.asarray(self.centre)[:, None]), self._as_ball(directions)
+        speed = np.einsum("in,in->n", ahead, ahead)
+        half_slope = np.einsum("in,in->n", offset, ahead) / speed
+        # The squared distance of the centre from the ray, not the difference of large squares.
+        foot = offset - half_slope * ahead
+        with np.errstate(invalid="ignore"):
+            root = np.sqrt((1.0 - np.einsum("in,in->n", foot, foot)) / speed)
+        return _first_forward(-half_slope - root, -half_slope + root)
+
+    def normals(self, points: Array, directions: Array) -> Array:
+        """Outward unit normals (3, n)."""
+        place = self._as_ball(points - np.asarray(self.centre)[:, None]) / np.asarray(self.radii)[:, None]
+        return _about_vertical(place / np.linalg.norm(place, axis=0), float(np.radians(self.yaw_deg)))
+
+    def bounding_disc(self) -> tuple[Array, float]:
+        """Centre (2,) and radius in mm of a disc that holds the ellipsoid seen along the z axis."""
+        return np.asarray(self.centre[:2]), max(self.radii[:2])
+
+    def heights(self) -> tuple[float, float]:
+        """Lowest and highest z in mm."""
+        return self.centre[2] - self.radii[2], self.centre[2] + self.radii[2]
+
+    def _as_ball(self, vectors: Array) -> Array:
+        turned = vectors if self.yaw_deg == 0.0 else _about_vertical(vectors, -float(np.radians(self.yaw_deg)))
+        return np.asarray(turned / np.asarray(self.radii)[:, None])
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,6 +253,12 @@ class Cylinder:
         """Centre (2,) and radius in mm of a disc that holds the cylinder seen along the z axis."""
         start, end = np.asarray(self.start[:2]), np.asarray(self.end[:2])
         return (start + end) / 2.0, float(np.hypot(*(end - start)) / 2.0 + self.radius)
+
+    def heights(self) -> tuple[float, float]:
+        """Lowest and highest z in mm."""
+        axis, _ = self._axis()
+        reach = self.radius * float(np.hypot(axis[0], axis[1]))
+        return min(self.start[2], self.end[2]) - reach, max(self.start[2], self.end[2]) + reach
 
     def _axis(self) -> tuple[Array, float]:
         axis = np.asarray(self.end) - np.asarray(self.start)

@@ -6,11 +6,13 @@ matt surface has it under light from everywhere, so that both views of a point r
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from designer.imaging.render.scenes.materials import Finishes, brightness
 from designer.imaging.render.scenes.shapes import Coloured, Shape
 from designer.imaging.render.textures import Floats, Texture, texture_values
 
@@ -20,8 +22,21 @@ Indices = NDArray[np.intp]
 # Surfaces that face the lamp are this much brighter than those that face away.
 LAMP = np.array([0.30, 0.42, 0.86])
 LAMP_SHARE = 0.18
+# Relative: what may meet is taken this much wider.
+ROUNDING = 1e-6
 # Surfaces seen more edge-on than this blur no further.
 GRAZING_COSINE = 1e-3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bounds:
+    """What holds each of s shapes: an upright round bar, ``away`` (s,) mm from the axis at ``azimuth`` (s,)."""
+
+    away: Array
+    azimuth: Array
+    radius: Array
+    lowest: Array
+    highest: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +46,8 @@ class World:
     ``tones`` (s,) are the mean radiances of the shapes; ``offsets`` (s, 3) in mm shift the texture for each shape, so
     that neighbours differ. ``turns`` (s, 3, 3) are orthogonal matrices that turn it for each shape: the texture
     coordinates of a place p, in the design's frame, are ``turns[s] @ p + offsets[s]``; without them nothing is turned.
-    ``background`` is the radiance where a ray meets nothing.
+    ``finishes`` are what shapes are made of, in place of tones and texture. ``background`` is the radiance where a
+    ray meets nothing.
     """
 
     name: str
@@ -41,6 +57,11 @@ class World:
     texture: Texture
     background: float = 0.0
     turns: Array | None = None
+    finishes: Finishes | None = None
+    bounds: Bounds = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "bounds", _bounds(self.shapes))
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,41 +83,77 @@ class Hits:
 def first_surfaces(world: World, points: Array, directions: Array) -> Hits:
     """The first surface of a world on each ray (3, n); directions are unit vectors."""
     count = points.shape[1]
-    distance = np.full(count, np.inf)
-    surface = np.full(count, -1, dtype=np.intp)
     # Rays start near the axis and most pass by most shapes: sorted by azimuth, those that may not are found at once.
     azimuth = np.arctan2(directions[1], directions[0])
     order = np.argsort(azimuth)
-    azimuth = azimuth[order]
-    farthest_start = float(np.hypot(points[0], points[1]).max(initial=0.0))
-    for index, shape in enumerate(world.shapes):
-        rays = order[_towards(azimuth, farthest_start, *shape.bounding_disc())]
-        if rays.size:
-            reached = shape.distances(points[:, rays], directions[:, rays])
-            nearer = reached < distance[rays]
-            distance[rays[nearer]] = reached[nearer]
-            surface[rays[nearer]] = index
+    azimuth, starts, ahead = azimuth[order], points[:, order], directions[:, order]
+    level = np.hypot(ahead[0], ahead[1])
+    with np.errstate(divide="ignore"):
+        slope = ahead[2] / level
+    found, found_surface = np.full(count, np.inf), np.full(count, -1, dtype=np.intp)
+    # How far from its start, horizontally, a ray has been found to end.
+    ends = np.full(count, np.inf)
+    for index, rays, nearest, lowest, highest in _candidates(world.bounds, azimuth, starts):
+        may_meet = (slope[rays] >= lowest) & (slope[rays] <= highest) & (ends[rays] >= nearest)
+        chosen = np.flatnonzero(may_meet) + rays.start
+        if not chosen.size:
+            continue
+        # A slice takes no copy.
+        taken = rays if chosen.size == may_meet.size else chosen
+        reached = world.shapes[index].distances(starts[:, taken], ahead[:, taken])
+        nearer = np.flatnonzero(reached < found[taken])
+        met = chosen[nearer]
+        found[met], found_surface[met] = reached[nearer], index
+        ends[met] = found[met] * level[met]
+    distance, surface = np.empty(count), np.empty(count, dtype=np.intp)
+    distance[order], surface[order] = found, found_surface
     places = points + np.where(surface >= 0, distance, np.nan) * directions
     turned = places if world.turns is None else np.einsum("nij,jn->in", world.turns[surface], places)
     return Hits(distance, surface, places, turned + world.offsets[surface].T, directions)
 
 
-def _towards(azimuth: Array, farthest_start: float, centre: Array, radius: float) -> Indices:
-    """Which rays of sorted azimuths (n,) may meet a disc in the horizontal plane: those that head there.
+def _bounds(shapes: tuple[Shape, ...]) -> Bounds:
+    discs = [shape.bounding_disc() for shape in shapes]
+    centres = np.array([centre for centre, _ in discs]).reshape(-1, 2)
+    heights = np.array([shape.heights() for shape in shapes]).reshape(-1, 2)
+    radii = np.array([radius for _, radius in discs])
+    away, azimuth = np.hypot(centres[:, 0], centres[:, 1]), np.arctan2(centres[:, 1], centres[:, 0])
+    return Bounds(away, azimuth, radii, heights[:, 0], heights[:, 1])
 
-    A ray that starts at most ``farthest_start`` from the axis meets the disc only if its azimuth differs from that of
-    the centre by no more than asin((radius + farthest start) / distance of the centre).
+
+def _candidates(bounds: Bounds, azimuth: Array, starts: Array) -> Iterator[tuple[int, slice, float, float, float]]:
+    """Shapes, and runs of rays of sorted azimuths (n,) that may meet them: those that head there.
+
+    With each go the least horizontal distance of a meeting from the start, and the least and largest slope (rise over
+    horizontal distance) of a ray that meets the shape. A ray that starts at most ``off`` from the axis meets the disc
+    only if its azimuth differs from that of the centre by no more than asin((radius + off) / distance of the centre).
     """
-    away = float(np.hypot(*centre))
-    reach = radius + farthest_start
-    if reach >= away:
-        return np.arange(azimuth.size)
+    if not azimuth.size:
+        return
+    off = float(np.hypot(starts[0], starts[1]).max())
+    highest_start, lowest_start = starts[2].max(), starts[2].min()
+    reach = bounds.radius + off
+    nearest, farthest = np.maximum(bounds.away - reach, 0.0), bounds.away + reach
+    fall, rise = bounds.lowest - highest_start, bounds.highest - lowest_start
+    with np.errstate(divide="ignore", invalid="ignore"):
+        half = np.where(reach < bounds.away, np.arcsin(np.minimum(reach / bounds.away, 1.0)), np.pi)
+        lowest = np.where(fall < 0.0, fall / nearest, fall / farthest)
+        highest = np.where(rise > 0.0, rise / nearest, rise / farthest)
     # A little wider, for rounding.
-    half = np.arcsin(reach / away) + 1e-6
-    middle = np.arctan2(centre[1], centre[0])
-    turns = (-2.0 * np.pi, 0.0, 2.0 * np.pi)
-    limits = [np.searchsorted(azimuth, (middle - half + turn, middle + half + turn)) for turn in turns]
-    return np.concatenate([np.arange(low, high) for low, high in limits])
+    half += ROUNDING
+    lowest, highest = lowest - ROUNDING * (1.0 + np.abs(lowest)), highest + ROUNDING * (1.0 + np.abs(highest))
+    nearest = nearest * (1.0 - ROUNDING)
+    turns = np.array([-2.0 * np.pi, 0.0, 2.0 * np.pi])[:, None]
+    first = np.searchsorted(azimuth, bounds.azimuth - half + turns)
+    last = np.searchsorted(azimuth, bounds.azimuth + half + turns, side="right")
+    for index in range(len(bounds.away)):
+        if half[index] > np.pi:
+            runs = [slice(0, azimuth.size)]
+        else:
+            runs = [slice(int(first[turn, index]), int(last[turn, index])) for turn in range(3)]
+        for rays in runs:
+            if rays.stop > rays.start:
+                yield index, rays, nearest[index], lowest[index], highest[index]
 
 
 def radiance(world: World, hits: Hits, spread: Array) -> Floats:
@@ -111,17 +168,25 @@ def radiance(world: World, hits: Hits, spread: Array) -> Floats:
         return result
     surface = hits.surface[met]
     footprint = spread[met]
-    brightness = world.tones[surface]
+    seen = world.tones[surface]
     has_own = np.zeros(met.size, dtype=bool)
-    for index in np.unique(surface):
-        here = np.flatnonzero(surface == index)
+    # Sorted by shape, so that the rays of each are neighbours.
+    order = np.argsort(surface, kind="stable")
+    indices, starts = np.unique(surface[order], return_index=True)
+    for index, here in zip(indices, np.split(order, starts[1:]), strict=True):
         shape, places, ahead = world.shapes[index], hits.points[:, met[here]], hits.directions[:, met[here]]
         normals = shape.normals(places, ahead)
         facing = np.abs(np.einsum("in,in->n", normals, ahead))
         footprint[here] /= np.sqrt(np.maximum(facing, GRAZING_COSINE))
         if isinstance(shape, Coloured):
-            brightness[here], has_own[here] = shape.albedo(places, ahead), True
-        brightness[here] *= 1.0 - LAMP_SHARE + LAMP_SHARE * (LAMP @ normals)
-    pattern = texture_values(world.texture, hits.coordinates[:, met], footprint)
-    result[met] = brightness * np.where(has_own, 1.0, 1.0 + pattern)
+            seen[here], has_own[here] = shape.albedo(places, ahead), True
+        elif world.finishes is not None:
+            seen[here] = brightness(world.finishes, index, shape, places, normals, ahead, footprint[here])
+            has_own[here] = True
+        seen[here] *= 1.0 - LAMP_SHARE + LAMP_SHARE * (LAMP @ normals)
+    if has_own.all():
+        result[met] = seen
+    else:
+        pattern = texture_values(world.texture, hits.coordinates[:, met], footprint)
+        result[met] = seen * np.where(has_own, 1.0, 1.0 + pattern)
     return np.clip(result, 0.0, 1.0, out=result)
