@@ -82,7 +82,7 @@ def test_a_study_goes_to_reports_and_ends_with_the_ranking(asked: Path, calls: C
     assert calls.jobs[0] >= 1
     assert calls.requirements == [read_requirement(asked)]
     table = result.stdout.splitlines()
-    assert table[2].split() == ["1", "folded-HyPl-Hy-upper_outer", "1.230", "%", "1.004", "100.0", "118.2", "61.5"]
+    assert table[2].split() == ["1", "folded-HyPl-Hy-upper_outer", "1.230", "%", "1.004", "100.0", "118.2", "61.5", "-"]
     assert table[3] == "3 configurations: 1 feasible, 1 infeasible, 1 impossible"
     assert table[4] == "reports/my/study.pdf"
     assert result.stderr.splitlines() == [

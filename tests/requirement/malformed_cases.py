@@ -39,8 +39,8 @@ MALFORMED = {
     "infinity": ("baseline_mm = 100", "baseline_mm = inf", "baseline_mm", "a number or a range"),
     "infinite range": ("[1000, 5000]", "[1000, inf]", "working_volume.distance_mm", "a range [low, high]"),
     "minus infinite focus": (
-        "focal_length_mm = 12\n",
-        "focal_length_mm = 12\nfocus_distance_mm = -inf\n",
+        "focus_distance_mm = 100",
+        "focus_distance_mm = -inf",
         "camera.lens.focus_distance_mm",
         "or inf",
     ),

@@ -249,7 +249,7 @@ def test_examples_of_the_api_run(monkeypatch):
 
 
 def test_api_study_is_a_table_with_designs_behind_it():
-    asked = api.requirement(ROOT / "configs/indoor_robot.toml", solve__starts=2)
+    asked = api.requirement(ROOT / "configs/indoor_robot.toml", solve__starts=2, sharpness__max_blur_deg=float("inf"))
     found = api.study(asked, only=("folded-PaPa-Hy-*",), jobs=1)
     assert len(found.table) == 2
     assert found.best is not None

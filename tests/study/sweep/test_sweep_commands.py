@@ -44,6 +44,7 @@ def tiny(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     base = (CONFIGS / "indoor_robot.toml").read_text()
     base += '\n[solve]\nstarts = 2\nconfigurations = ["folded-PaPa-Hy-upper_outer"]\n'
+    base += "[sharpness]\nmax_blur_deg = inf\n"
     (tmp_path / "base.toml").write_text(base)
     (tmp_path / "tiny.toml").write_text(TINY)
     return "tiny.toml"
