@@ -23,7 +23,9 @@ FAILED = 1
 @design_argument
 @scene_option
 @texture_option
-@click.option("--samples", type=click.IntRange(1, 16), default=2, show_default=True, help="Rays along a pixel's side.")
+@click.option(
+    "--samples", type=click.IntRange(1, 16), default=2, show_default=True, help="Rays along each side of a pixel."
+)
 @click.option("--matcher", type=click.Choice(["sad", "semi-global"]), default="sad", show_default=True)
 @click.option("--equalise/--no-equalise", default=True, help="Equalise the two views' resolution.  [default: on]")
 @detector_options(read_noise_electrons=8.0)

@@ -90,11 +90,12 @@ def _how_good_the_score_is(depth: DepthScore, measured: dict[str, float | None] 
     lines = ["", f"depth error, first order: {first}; with second order: {second}"]
     if measured is not None:
         lines.append(
-            "neither holds at the worst points; of noisy projections through the tracer the middle 68 % are from "
-            f"{_percent(measured['low'])} to {_percent(measured['high'])} off"
+            "neither is valid at the worst points; in a Monte Carlo simulation with the tracer the central 68 % of "
+            "errors lie between "
+            f"{_percent(measured['low'])} and {_percent(measured['high'])}"
         )
         if measured["lost"]:
-            lines.append(f"and {_percent(measured['lost'])} more have no distance at all: their rays part")
+            lines.append(f"for a further {_percent(measured['lost'])} the rays diverge, so there is no distance")
     return [*lines, ""]
 
 

@@ -94,7 +94,7 @@ def describe_check(check: EndToEndCheck) -> str:
         for outcome in MatchOutcome
         if outcome != MatchOutcome.KEPT and counts[outcome]
     ]
-    lines += ["", f"dropped: {', '.join(dropped) or 'none'}", "", *wrap(definition_of_passing(), 110), ""]
+    lines += ["", f"rejected: {', '.join(dropped) or 'none'}", "", *wrap(definition_of_passing(), 110), ""]
     lines.append("passed" if check.passed else "FAILED")
     return "\n".join(lines)
 
