@@ -39,7 +39,7 @@ def trace(design: Path) -> None:
 def evaluate(design: Path, as_json: bool) -> None:
     """Score and trace DESIGN.json, an existing or hand-edited design.
 
-    Where the record contradicts the mirrors a warning says so, and the score is that of the mirrors.
+    If recorded values contradict the mirrors, a warning is printed and the score is that of the mirrors.
     """
     from designer.design import read_design
 

@@ -74,7 +74,7 @@ def study(
     jobs: int | None,
     quiet: bool,
 ) -> None:
-    """Optimise, trace, score and rank every configuration for a requirement, and check the best end to end."""
+    """Optimise, trace, score and rank every configuration for a requirement; check the best designs end to end."""
     from designer.requirement import read_requirement
     from designer.study.selection import restrict
 

@@ -82,8 +82,8 @@ def why_fixed_conflicts(configuration: Configuration, fixed: Mapping[str, float]
                 implied = kind_of_single_mirror(q)
                 if implied is not kind:
                     return (
-                        f"{words} make the {name} mirror {with_article(implied.word)}, but in this configuration it "
-                        f"is {with_article(kind.word)}"
+                        f"the {name} mirror is {with_article(implied.word)} according to {words}, but in this "
+                        f"configuration it is {with_article(kind.word)}"
                     )
     return None
 

@@ -363,7 +363,7 @@ def _infeasible(configuration: Configuration, branches: list[_Branch]) -> Search
     return SearchResult(
         configuration,
         "infeasible",
-        f"no feasible point found; least violation{variant}: {missed}",
+        f"no feasible point found; smallest violation{variant}: {missed}",
         shortfall=tied[0],
         statuses=statuses,
         warm_starts=tuple(branch.warm_start("depth_error") for branch in branches),

@@ -168,7 +168,7 @@ def test_multipliers_say_what_a_taller_envelope_is_worth() -> None:
     [
         (np.zeros((600, 801), np.uint8), r"shape \(600, 801\)"),
         (np.zeros((600, 800)), "float64"),
-        (DATA / "folded_hypl_hy.json", "not an image"),
+        (DATA / "folded_hypl_hy.json", "not a readable image"),
         ("no_such_file.png", "cannot be read"),
     ],
 )

@@ -29,7 +29,7 @@ def legible_source(study: Study, drawings: Drawings) -> tuple[str, str]:
     if keys != ["title"]:
         instead.append(f"{ELLIPSIS} replaces the words concerned")
     note = (
-        f"The fonts of the report lack characters{named}: {', '.join(instead)}; requirement.toml contains the "
+        f"The report fonts do not contain some characters{named}: {', '.join(instead)}; requirement.toml contains the "
         f"original text."
     )
     return without_characters(source(shown, drawings, note), missing), note

@@ -29,7 +29,8 @@ def legible(written: str) -> str:
     missing = missing_characters(written)
     if not missing:
         return written
-    note = f"The fonts of the report lack characters of the sweep's title or description: {ELLIPSIS} replaces them."
+    note = f"The report fonts do not contain some characters of the sweep's title or description: {ELLIPSIS} "
+    f"replaces them."
     return without_characters(written, missing) + "\n" + text(f" {note}")
 
 

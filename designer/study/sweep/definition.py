@@ -87,7 +87,7 @@ class Axis(Part):
         if self.spacing == "logarithmic" and self.low <= 0.0:
             refuse("must be above zero for logarithmic spacing", "low", self.low)
         if self.count is None and self.start is not None:
-            refuse("belongs to a grid", "start", self.start)
+            refuse("applies only to a grid", "start", self.start)
         if self.count is not None:
             self._check_start(self.levels)
         return self
