@@ -110,7 +110,7 @@ def folding_pair_constraints(system: System) -> Iterable[Constraint]:
         low, high = fold.primary_gains
         kind = "ellipsoid" if fold.primary_gains == ELLIPSOID_GAINS else "hyperboloid"
         for side, spare in (("below", primary.tangent_ratio - low), ("above", high - primary.tangent_ratio)):
-            name = f"primary stays a {kind} (gain from {side})"
+            name = f"primary remains a {kind} (gain from {side})"
             yield Constraint("primary_kind", name, "(in the gain)", 0.05, spare)
 
 

@@ -121,8 +121,7 @@ def _why_view_conflicts(configuration: Configuration, view: str, given: Mapping[
             return f"the fixed gain of the {view} view is {given['gain']:g}, but in this configuration it is {word}"
     if configuration.family == "direct":
         if given.get("viewpoint_mm", 1.0) <= 0:
-            return f"the fixed {view} viewpoint lies below the pinhole, but the mirror that forms this view lies "
-            "above it"
+            return f"the fixed {view} viewpoint lies below the pinhole, but the mirror of this view lies above it"
         if abs(given.get("gain", 0.0)) >= 1:
             return f"the fixed gain of the {view} view is {given['gain']:g}, but a single mirror gives less than 1"
     return None

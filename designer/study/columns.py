@@ -107,7 +107,7 @@ _CONTRACT = (
     Column("status", str, lambda found: found.status, "status"),
     Column("reason", str, lambda found: found.reason, "reason"),
     Column("depth_error_rms", float, _of_depth(lambda depth: depth.depth_error_rms), "depth error", "%"),
-    Column("limit_ratio", float, _of_depth(lambda depth: depth.limit_ratio), "of limit"),
+    Column("limit_ratio", float, _of_depth(lambda depth: depth.limit_ratio), "limit ratio"),
     Column("baseline_mm", float, _of_design(lambda design: design.record.baseline_mm), "baseline", "mm"),
     Column("height_mm", float, _of_design(lambda design: design.record.height_mm), "height", "mm"),
     Column("diameter_mm", float, _of_design(lambda design: design.record.diameter_mm), "diameter", "mm"),

@@ -300,7 +300,11 @@ def test_what_may_belong_is_not_refused(configuration, fixed):
         ),
         ("folded-HyPl-El-upper_outer", {"upper.gain": 0.1}, "gain of the upper view is 0.1, .* is negative"),
         ("folded-HyPl-El-upper_outer", {"lower.gain": -0.1}, "gain of the lower view is -0.1, .* is positive"),
-        ("direct-HyHy-upper_outer", {"lower.viewpoint_mm": -5.0}, "lower viewpoint lies below the pinhole"),
+        (
+            "direct-HyHy-upper_outer",
+            {"lower.viewpoint_mm": -5.0},
+            "lower viewpoint lies below the pinhole, but the mirror .* lies above it",
+        ),
         ("direct-HyHy-upper_outer", {"lower.gain": 1.5}, "a single mirror gives less than 1"),
         (
             "direct-HyEl-upper_outer",

@@ -14,7 +14,7 @@ Groups = list[tuple[str, list[tuple[str, str]]]]
 def design_groups(row: Row, design: Design) -> Groups:
     """Everything about one design, as groups of name and value."""
     performance, views = winner_groups(row, design)
-    return [performance, ("Size and making", _size_facts(row)), views]
+    return [performance, ("Size and manufacture", _size_facts(row)), views]
 
 
 def winner_groups(row: Row, design: Design) -> Groups:

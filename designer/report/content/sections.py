@@ -100,8 +100,8 @@ def winner(study: Study, drawings: Drawings) -> str:
     caption = (
         f"The winner, #name-of({literal(design.configuration)}), {text(_scale_words(drawings, name))} "
         "Lengths in mm. Solid blue: the upper view (right); dashed red: the lower view (left); each at five "
-        "elevations of its required range, the end rays drawn thick. Dotted lines lead back to the effective "
-        "viewpoints $F_u$ and $F_l$; "
+        "elevations of its required range, the end rays drawn thick. Dotted lines extend the rays back to the "
+        "effective viewpoints $F_u$ and $F_l$; "
         "$O$ is the camera's pinhole, and the numbers are those of the prescription. Grey: substrates, lens and camera."
     )
     words = configuration_in_words(design.configuration)

@@ -29,8 +29,10 @@ def legible(written: str) -> str:
     missing = missing_characters(written)
     if not missing:
         return written
-    note = f"The report fonts do not contain some characters of the sweep's title or description: {ELLIPSIS} "
-    f"replaces them."
+    note = (
+        "The report fonts do not contain some characters of the sweep's title or description: "
+        f"{ELLIPSIS} replaces them."
+    )
     return without_characters(written, missing) + "\n" + text(f" {note}")
 
 
@@ -121,7 +123,7 @@ def _winners_table(best: pd.DataFrame, letters: dict[str, str]) -> str:
         "ruled",
         columns="(auto, 1fr) + (auto,) * 5",
         align="(left, left) + (right,) * 5",
-        header="([], [configuration], [wins], [depth error (%)], [of limit], [height (mm)], [diameter (mm)],)",
+        header="([], [configuration], [wins], [depth error (%)], [limit ratio], [height (mm)], [diameter (mm)],)",
         rows=cells(rows),
     ) + text("Medians over the requirements that each configuration wins.")
 

@@ -25,10 +25,10 @@ def _in_words(configuration: Configuration) -> str:
     zone = configuration.zone_of("upper")
     if configuration.family == "direct":
         mirrors = f"{kinds['lower']} lower and {kinds['upper']} upper mirror, each seen directly"
-        return f"{mirrors}; the upper view takes the {zone} zone of the image"
+        return f"{mirrors}; the upper view occupies the {zone} zone of the image"
     return (
         f"{kinds['primary']} primary, folded by {kinds['secondary']} secondary, gives the lower view and "
-        f"{kinds['direct']} direct mirror the upper one, which takes the {zone} zone of the image"
+        f"{kinds['direct']} direct mirror the upper one, which occupies the {zone} zone of the image"
     )
 
 
@@ -72,7 +72,7 @@ def _winner(study: Study, winner: Row) -> str:
     if ratio is not None:
         sentence += f", {number(ratio, 3)} times the limit for any conic mirrors at its baseline and topology"
     if winner.least_limit is not None:
-        sentence += f" (at the best baseline and focal length allowed, {percent(winner.least_limit)} %)"
+        sentence += f" (the limit at the best allowed baseline and focal length is {percent(winner.least_limit)} %)"
     return f"The best is {_name(winner)}{text(sentence + '.' + _beyond_first_order(winner))}"
 
 
@@ -168,7 +168,7 @@ def _nothing_feasible(study: Study) -> str:
     infeasible, impossible = study.with_status("infeasible"), study.with_status("impossible")
     failed = study.with_status("failed")
     none = f"None of the {len(study.rows)} configurations" if len(study.rows) > 1 else "The only configuration studied"
-    sentence = f"{none} was {'not ' * (len(study.rows) == 1)}found feasible under this requirement. "
+    sentence = f"{none} was {'not ' * (len(study.rows) == 1)}found to be feasible for this requirement. "
     sentence += f"{len(impossible)} {_are(len(impossible))} impossible by rule and for {len(infeasible)} the search "
     sentence += "found no feasible design" + (f"; {len(failed)} failed. " if failed else ". ")
     obstacles = Counter(row.text("closest_constraint") for row in infeasible if row.text("closest_constraint"))
