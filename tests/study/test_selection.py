@@ -35,7 +35,7 @@ MISSPELT = (
 )
 LEFT_OUT = (
     "direct-HyHy-*",
-    "matches only configurations that the requirement leaves out: solve.configurations = ['folded-*', 'direct-ElEl-*']",
+    "matches only configurations that the requirement excludes: solve.configurations = ['folded-*', 'direct-ElEl-*']",
 )
 
 

@@ -214,7 +214,7 @@ def test_comparing_says_what_changed(finished_folder, quick_sweep, tmp_path):
 
 
 def test_comparing_with_what_is_no_result_gets_one_line(finished_folder, tmp_path):
-    with pytest.raises(InputError, match="holds neither designs"):
+    with pytest.raises(InputError, match="contains neither designs"):
         compare(finished_folder, tmp_path)
 
 

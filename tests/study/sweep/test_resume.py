@@ -104,7 +104,7 @@ def test_other_sweep_in_the_folder_is_refused(quick_sweep, tmp_path):
         run_sweep(definition, base, tmp_path / "out", progress=interrupt_after(1))
     quick_sweep.write_text(quick_sweep.read_text().replace("98", "97"))
     definition, base = read_sweep(quick_sweep)
-    with pytest.raises(InputError, match="another plan of points"):
+    with pytest.raises(InputError, match="a different plan of points"):
         run_sweep(definition, base, tmp_path / "out")
 
 

@@ -207,7 +207,7 @@ def test_nothing_feasible_is_a_table_without_a_report(tiny, tmp_path):
     result = invoke("sweep", tiny, "--jobs", 1)
     assert result.exit_code == 0
     assert "2 configuration problems: 2 infeasible" in result.stdout
-    assert "Nothing is feasible, so there is no report." in result.stdout
+    assert "No design is feasible, so there is no report." in result.stdout
     assert result.stdout.splitlines()[-1] == "reports/tiny/results.csv"
 
 
