@@ -254,7 +254,7 @@ def read_design(path: Path) -> Design:
     except ValidationError as error:
         raise InputError(describe_validation_error(path, error)) from None
     except ValueError:  # a whole number of more digits than Python reads
-        raise InputError(f"{path}: holds a number of thousands of digits") from None
+        raise InputError(f"{path}: contains a number with thousands of digits") from None
 
 
 def write_design(design: Design, path: Path) -> None:

@@ -31,7 +31,7 @@ def read_bytes(path: Path, largest_bytes: int, kind: str = "such file") -> bytes
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     if len(data) > largest_bytes:
-        raise InputError(f"{path}: larger than {largest_bytes / 1e6:g} MB, which no {kind} needs")
+        raise InputError(f"{path}: larger than {largest_bytes / 1e6:g} MB, too large for this kind of file ({kind})")
     return data
 
 
@@ -119,7 +119,7 @@ def _shortened(value: object) -> str:
     try:
         return _shortened_text(repr(value))
     except ValueError:  # an integer of more digits than Python prints
-        return "(a number of thousands of digits)"
+        return "(a number with thousands of digits)"
 
 
 def _shortened_text(text: str, longest: int = 60) -> str:

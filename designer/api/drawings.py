@@ -137,7 +137,7 @@ def draw_kernels(rig: StereoRig, image: Image, width_mm: float = 140.0) -> Drawi
     from designer.report.figures.imaging import draw_kernels as draw
 
     if rig.sigma_px is None:
-        raise InputError("this rig does not equalise: build it with equalise=True")
+        raise InputError("this rig was built without equalisation: use equalise=True")
     return _drawn(lambda: draw(rig, _red_green_blue(image), width_mm), is_raster=True)
 
 
@@ -200,7 +200,7 @@ def draw_winner_map(swept: SweepResult, width_mm: float = 120.0) -> Drawing:
     from designer.report.figures.sweep import letters_of
 
     if swept.winners.empty:
-        raise InputError(f"{swept.folder}: nothing is feasible in this sweep, so there are no winners to draw")
+        raise InputError(f"{swept.folder}: this sweep has no feasible design, so there are no winners to draw")
     return _drawn(lambda: draw(swept.winners, swept.table[swept.axes], letters_of(swept.winners), width_mm))
 
 

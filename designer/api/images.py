@@ -245,7 +245,7 @@ def compare_equalisation(rig: StereoRig, image: ArrayLike | str | Path) -> Equal
     from designer.imaging.stereo.rig import in_grey
 
     if rig.equalisers is None:
-        raise InputError("this rig does not equalise: build it with equalise=True")
+        raise InputError("this rig was built without equalisation: use equalise=True")
     return compare(sampling_methods(rig), in_grey(_image_of(image, rig.design.camera)))
 
 

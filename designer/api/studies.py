@@ -60,7 +60,7 @@ class SweepResult:
         if configuration is None:
             found = self.winners[self.winners["point"] == point]["configuration"]
             if found.empty:
-                raise InputError(f"{self.folder}: nothing is feasible at point {point}")
+                raise InputError(f"{self.folder}: no feasible design at point {point}")
             configuration = str(found.iloc[0])
         return design_at(self.folder, point, configuration)
 
@@ -84,7 +84,7 @@ class SweepResult:
     def _check_points(self, points: list[int]) -> None:
         for point in points:
             if not (self.table["point"] == point).any():
-                raise InputError(f"{self.folder}: the sweep has no point {point}, or has not come to it yet")
+                raise InputError(f"{self.folder}: the sweep has no point {point}, or has not reached it yet")
 
     def front(self, columns: tuple[str, ...] = ("depth_error_rms", "height_mm", "diameter_mm")) -> pd.DataFrame:
         """The designs that no other beats in all the columns at once."""
@@ -114,7 +114,7 @@ class SweepResult:
             ) from None
         front = self.front()
         if front.empty:
-            raise InputError(f"{self.folder}: nothing is feasible in this sweep, so there is no front")
+            raise InputError(f"{self.folder}: this sweep has no feasible design, so there is no front")
         shown = front.iloc[np.linspace(0, len(front) - 1, min(most, len(front))).round().astype(int)]
         pairs = zip(shown["point"], shown["configuration"], strict=True)
         return draw_explorer(shown, [self.design(int(point), str(name)) for point, name in pairs])
@@ -214,11 +214,11 @@ def multipliers(requirement: Requirement, configuration: str) -> pd.Series[float
 
     named = [each for each in requirement.configurations if each.name == configuration]
     if not named:
-        raise InputError(f"{configuration}: is none of the configurations of this requirement")
+        raise InputError(f"{configuration}: is not a configuration of this requirement")
     first = search(requirement, named[0]).first
     slopes = None if first is None else first_stage_multipliers(requirement, first)
     if slopes is None:
-        raise InputError(f"{configuration}: has no optimum to take multipliers from")
+        raise InputError(f"{configuration}: has no optimum, so it has no multipliers")
     return pd.Series(slopes, name=configuration)
 
 

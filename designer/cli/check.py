@@ -26,7 +26,7 @@ FAILED = 1
 @texture_option
 @lens_option("Check through the design's own lens too: f-number, focus, lost light, diffraction.")
 @click.option(
-    "--samples", type=click.IntRange(1, 16), help="Rays along a pixel's side.  [default: 2; 3 through the lens]"
+    "--samples", type=click.IntRange(1, 16), help="Rays along each side of a pixel.  [default: 2; 3 through the lens]"
 )
 @click.option("--matcher", type=click.Choice(["sad", "semi-global"]), default="sad", show_default=True)
 @click.option("--equalise/--no-equalise", default=True, help="Equalise the two views' resolution.  [default: on]")

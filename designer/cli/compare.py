@@ -17,7 +17,7 @@ SHOWN = 20
 @click.argument("first", type=click.Path(path_type=Path), metavar="A")
 @click.argument("second", type=click.Path(path_type=Path), metavar="B")
 def compare(first: Path, second: Path) -> None:
-    """Set two folders of studies or sweeps side by side: requirement, winners, scores."""
+    """Compare two folders of studies or sweeps: requirements, winners, scores."""
     from designer.study.compare import compare as compare_folders
 
     found = compare_folders(first, second)
@@ -28,9 +28,9 @@ def _asked(found: StudyComparison) -> str:
     from designer.cli.table import format_table
 
     if not found.asked:
-        return "The same is asked of both."
+        return "The requirements are identical."
     rows = [(key, _shown(a), _shown(b)) for key, a, b in found.asked]
-    return "What is asked:\n" + format_table(("key", "A", "B"), rows)
+    return "Requirements:\n" + format_table(("key", "A", "B"), rows)
 
 
 def _winners(found: StudyComparison) -> str:
@@ -39,8 +39,8 @@ def _winners(found: StudyComparison) -> str:
 
     changed = found.changed_winners
     if found.winners.empty:
-        return "No requirement has a winner in both."
-    text = f"Winners: {len(changed)} of {len(found.winners)} are another configuration in B."
+        return "No requirement has a winner in both A and B."
+    text = f"Winners: {len(changed)} of {len(found.winners)} have a different configuration in B."
     axes = [name for name in found.winners.columns if name.startswith(ASKED)]
     header = (*(axis.removeprefix(ASKED) for axis in axes), "A", "B", "depth error A", "depth error B")
     rows = [
@@ -80,7 +80,7 @@ def _scores(found: StudyComparison) -> str:
         changes = column.factor * both[f"{column.name}_change"]
         values = (changes.median(), changes.min(), changes.max())
         rows.append((column.label, *(f"{value:+.4g} {column.unit}" for value in values)))
-    header = ("B less A", "median", "least", "most")
+    header = ("B minus A", "median", "least", "most")
     return f"Scores of {len(both)} designs feasible in both:\n" + format_table(header, rows, right=header[1:])
 
 

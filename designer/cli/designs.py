@@ -39,7 +39,7 @@ def trace(design: Path) -> None:
 def evaluate(design: Path, as_json: bool) -> None:
     """Score and trace DESIGN.json, an existing or hand-edited design, and say how sharp it is through its lens.
 
-    Where the record contradicts the mirrors a warning says so, and the score is that of the mirrors.
+    If recorded values contradict the mirrors, a warning is printed and the score is that of the mirrors.
     """
     from designer.design import read_design
 
@@ -100,11 +100,12 @@ def _how_good_the_score_is(depth: DepthScore, measured: dict[str, float | None] 
     lines = ["", f"depth error, first order: {first}; with second order: {second}"]
     if measured is not None:
         lines.append(
-            "neither holds at the worst points; of noisy projections through the tracer the middle 68 % are from "
-            f"{_percent(measured['low'])} to {_percent(measured['high'])} off"
+            "neither is valid at the worst points; in a Monte Carlo simulation with the tracer the central 68 % of "
+            "errors lie between "
+            f"{_percent(measured['low'])} and {_percent(measured['high'])}"
         )
         if measured["lost"]:
-            lines.append(f"and {_percent(measured['lost'])} more have no distance at all: their rays part")
+            lines.append(f"for a further {_percent(measured['lost'])} the rays diverge, so there is no distance")
     return [*lines, ""]
 
 

@@ -21,7 +21,7 @@ scene_option = click.option(
     "--scene",
     default="auto",
     show_default=True,
-    help="office, pipe, hall, sky or cylinder, auto (by the working volume), or a mesh file (mm, z up).",
+    help="office, pipe, hall, sky or cylinder, auto (chosen from the working volume), or a mesh file (mm, z up).",
 )
 texture_option = click.option(
     "--texture", default="rich", show_default=True, help="rich, poor, repetitive or natural (each surface's own)."
@@ -49,7 +49,11 @@ def detector_options(read_noise_electrons: float | None) -> Callable[[Command], 
         + ("" if read_noise_electrons is not None else "  [default: no noise]"),
     )
     full_well = click.option(
-        "--full-well-electrons", type=float, default=10_000.0, show_default=True, help="Electrons that white fills."
+        "--full-well-electrons",
+        type=float,
+        default=10_000.0,
+        show_default=True,
+        help="Full-well capacity, reached at white.",
     )
     return lambda command: noise(full_well(command))
 

@@ -15,7 +15,7 @@ COLUMNS = ("configuration", "family", "topology", "lower", "upper", "primary", "
 def configurations(as_json: bool, as_csv: bool) -> None:
     """List the 44 configurations."""
     if as_json and as_csv:
-        raise InputError("--json and --csv: give one of the two")
+        raise InputError("--json and --csv: give only one of them")
     from designer.configurations import enumerate_configurations
 
     rows = [

@@ -26,15 +26,17 @@ MOST_SAMPLES = 16
 @scene_option
 @click.option("-o", "--out", type=click.Path(path_type=Path), required=True, help="PNG file to write.")
 @click.option(
-    "--samples", type=int, help="Rays along each side of a pixel, squared in all.  [default: 2; 3 with --lens]"
+    "--samples", type=int, help="Rays along each side of a pixel (squared per pixel).  [default: 2; 3 with --lens]"
 )
 @lens_option("Through the design's lens instead of a pinhole: f-number, focus, lost light, diffraction.")
 @detector_options(read_noise_electrons=None)
-@click.option("--bits", type=click.Choice(["8", "16"]), default="8", show_default=True, help="Bits of a pixel.")
+@click.option("--bits", type=click.Choice(["8", "16"]), default="8", show_default=True, help="Bit depth.")
 @texture_option
-@click.option("--sensor-height-mm", type=float, help="Height above the floor.  [default: the scene's own]")
+@click.option(
+    "--sensor-height-mm", type=float, help="Height of the sensor above the floor.  [default: set by the scene]"
+)
 @seed_option
-@click.option("--truth", type=click.Path(path_type=Path), help="Also write what each pixel sees, as .npz.")
+@click.option("--truth", type=click.Path(path_type=Path), help="Also write the ground truth of each pixel (.npz).")
 def render(
     design: Path,
     scene: str,

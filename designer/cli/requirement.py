@@ -13,7 +13,7 @@ from designer.files import InputError
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path))
 def init(file: Path) -> None:
-    """Write a commented requirement to start from into FILE, which must not exist yet."""
+    """Write a commented example requirement to FILE, which must not exist yet."""
     from designer.requirement.template import template
 
     if file.is_dir():
@@ -23,7 +23,7 @@ def init(file: Path) -> None:
         with file.open("x", encoding="utf-8") as stream:
             stream.write(template())
     except FileExistsError:
-        raise InputError(f"{file}: exists already; choose another name") from None
+        raise InputError(f"{file}: already exists; choose another name") from None
     except OSError as error:
         raise InputError(f"{file}: cannot be written: {error.strerror or error}") from None
     click.echo(f"{file} written; next: designer study {shlex.quote(str(file))}")

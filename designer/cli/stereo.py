@@ -22,20 +22,22 @@ FARTHEST_CENTRE_PX, LARGEST_NOISE_PX = 1e6, 1000.0
 @click.argument("design", type=click.Path(path_type=Path))
 @click.argument("raw", type=click.Path(path_type=Path))
 @click.option("-o", "--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
-@click.option("--center", type=(float, float), metavar="U V", help="Pixel that the mirrors' axis hits.")
-@click.option("--find-center", is_flag=True, help="Find that pixel, within 8 pixels of the given or the designed one.")
+@click.option("--center", type=(float, float), metavar="U V", help="Pixel on the axis of the mirrors.")
+@click.option("--find-center", is_flag=True, help="Estimate that pixel, within 8 pixels of the given or nominal one.")
 @click.option("--rotation-deg", type=float, default=0.0, help="Rotation of the image, from +u towards +v.")
 @click.option("--scale", type=float, default=1.0, help="Magnification of the image relative to the design.")
 @click.option("--sampling", type=click.Choice(["spherical", "cylindrical"]), default="spherical", show_default=True)
 @click.option("--columns", type=click.IntRange(90, 20000), default=1800, show_default=True, help="Panorama width.")
-@click.option("--elevation-deg", type=(float, float), metavar="LOW HIGH", help="Elevations of both panoramas.")
+@click.option("--elevation-deg", type=(float, float), metavar="LOW HIGH", help="Elevation range of both panoramas.")
 @click.option("--distance-mm", type=(float, float), metavar="NEAR FAR", help="Nearest and farthest distance to match.")
 @click.option("--matcher", type=click.Choice(["sad", "semi-global"]), default="sad", show_default=True)
-@click.option("--window", type=click.IntRange(3, 15), default=9, show_default=True, help="Side of the window, odd.")
+@click.option(
+    "--window", type=click.IntRange(3, 15), default=9, show_default=True, help="Side of the matching window (odd)."
+)
 @click.option("--equalise/--no-equalise", default=True, help="Equalise the two views' resolution.  [default: on]")
-@click.option("--level-brightness", is_flag=True, help="For views of unequal brightness.")
-@click.option("--noise-px", type=float, help="Noise of an image point, for the uncertainties.")
-@click.option("--slab-mm", type=(float, float), metavar="LOW HIGH", help="Heights z of the floor plan.")
+@click.option("--level-brightness", is_flag=True, help="Compensate for unequal brightness of the views.")
+@click.option("--noise-px", type=float, help="Noise of an image point, used for the uncertainties.")
+@click.option("--slab-mm", type=(float, float), metavar="LOW HIGH", help="Range of heights z in the floor plan.")
 def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
     """Reconstruct a point cloud from RAW, an image taken by the camera of DESIGN.json."""
     from designer.design import read_design
@@ -73,7 +75,7 @@ def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
     click.echo(f"{points} points ({100 * outcomes['kept']:.1f} % of the panorama), in {out}")
     dropped = {name: part for name, part in outcomes.items() if name != "kept" and part > 0}
     reasons = ", ".join(f"{name.replace('_', ' ')} {100 * part:.1f} %" for name, part in dropped.items())
-    click.echo(f"dropped: {reasons or 'none'}")
+    click.echo(f"rejected: {reasons or 'none'}")
 
 
 def _placement(design: Design, asked: dict[str, Any]) -> ImagePlacement:
@@ -90,19 +92,21 @@ def _check(asked: dict[str, Any]) -> None:
     for name, unit in (("elevation_deg", "degrees"), ("distance_mm", "mm"), ("slab_mm", "mm")):
         limits = asked[name]
         if limits and not limits[0] < limits[1]:
-            raise InputError(f"--{name.replace('_', '-')} {limits[0]:g} {limits[1]:g}: the lower limit ({unit}) first")
+            raise InputError(
+                f"--{name.replace('_', '-')} {limits[0]:g} {limits[1]:g}: give the lower limit ({unit}) first"
+            )
     if asked["elevation_deg"] and not -89 <= asked["elevation_deg"][0] < asked["elevation_deg"][1] <= 89:
-        raise InputError("--elevation-deg: between -89 and 89 degrees")
+        raise InputError("--elevation-deg: must be between -89 and 89 degrees")
     if asked["distance_mm"] and not NEAREST_MM <= asked["distance_mm"][0] < asked["distance_mm"][1] <= FARTHEST_MM:
-        raise InputError(f"--distance-mm: positive, from {NEAREST_MM:g} to {FARTHEST_MM:g} mm")
+        raise InputError(f"--distance-mm: must be from {NEAREST_MM:g} to {FARTHEST_MM:g} mm")
     if not 0.1 <= asked["scale"] <= 10:
-        raise InputError(f"--scale {asked['scale']:g}: between 0.1 and 10; 1 is as designed")
+        raise InputError(f"--scale {asked['scale']:g}: must be between 0.1 and 10; 1 is the design scale")
     if asked["window"] % 2 == 0:
         raise InputError(f"--window {asked['window']}: must be odd")
     if asked["noise_px"] is not None and not 0 < asked["noise_px"] <= LARGEST_NOISE_PX:
         raise InputError(f"--noise-px {asked['noise_px']:g}: must be positive, and at most {LARGEST_NOISE_PX:g}")
     numbers = [value for item in asked.values() for value in (item if isinstance(item, tuple) else (item,))]
     if any((isinstance(value, float) and abs(value) == float("inf")) or value != value for value in numbers):
-        raise InputError("options must be finite numbers")
+        raise InputError("numbers in options must be finite")
     if asked["center"] and max(abs(place) for place in asked["center"]) > FARTHEST_CENTRE_PX:
-        raise InputError(f"--center: within {FARTHEST_CENTRE_PX:g} pixels")
+        raise InputError(f"--center: must be within {FARTHEST_CENTRE_PX:g} pixels")

@@ -52,18 +52,18 @@ def _is_requirement(word: str) -> bool:
 @click.command(cls=_WordsAfterOnly)
 @click.argument("requirement", type=click.Path(path_type=Path), metavar="REQUIREMENT.toml")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for the results.  [default: reports/NAME]")
-@click.option("--no-pdf", is_flag=True, help="Leave out study.pdf and its figures.")
+@click.option("--no-pdf", is_flag=True, help="Do not write study.pdf and its figures.")
 @click.option(
-    "--only", multiple=True, metavar="NAME...", help="Only these of its configurations, by name or glob pattern."
+    "--only", multiple=True, metavar="NAME...", help="Study only these configurations (names or glob patterns)."
 )
 @click.option(
     "--checks",
     type=click.IntRange(min=0),
     default=3,
     show_default=True,
-    help="How many of the best designs to check end to end; 0 for none.",
+    help="Number of best designs to check end to end; 0 for none.",
 )
-@click.option("--jobs", type=click.IntRange(min=1), help="Processes to work with.  [default: one for each core]")
+@click.option("--jobs", type=click.IntRange(min=1), help="Number of processes.  [default: one per core]")
 @click.option("--quiet", is_flag=True, help="Print nothing.")
 def study(
     requirement: Path,
@@ -74,7 +74,7 @@ def study(
     jobs: int | None,
     quiet: bool,
 ) -> None:
-    """Optimise, trace, score and rank every configuration for a requirement, and check the best end to end."""
+    """Optimise, trace, score and rank every configuration for a requirement; check the best designs end to end."""
     from designer.requirement import read_requirement
     from designer.study.selection import restrict
 
@@ -125,7 +125,7 @@ def _check_best(found: Study, folder: Path, count: int, jobs: int, quiet: bool) 
     designs = [design for _, design in found.best(count)]
     if designs and not quiet:
         which = "best design" if len(designs) == 1 else f"{len(designs)} best designs"
-        click.echo(f"Checking the {which} end to end, {SECONDS_OF_A_CHECK} a design ...", err=True)
+        click.echo(f"Checking the {which} end to end, {SECONDS_OF_A_CHECK} per design ...", err=True)
     check_designs(designs, folder, jobs=jobs, progress=None if quiet else tell)
 
 
@@ -178,7 +178,7 @@ def _ranking(found: Study) -> list[str]:
         lines.append((str(row.rank), row.configuration, error + star, *others))
     parts = [format_table(header, lines, right=(header[0], *header[2:]))]
     if is_starred:
-        parts.append("* first order, too little at the worst point; see depth_error_*_second_order in designs.csv")
+        parts.append("* first order underestimates the worst point; see depth_error_*_second_order in designs.csv")
     if len(shown) > 1:
         parts.append(_how_ranked(found.requirement.objective))
     return parts
@@ -197,8 +197,8 @@ def _how_ranked(objective: Objective) -> str:
     first, then = (goal.replace("_", " ") for goal in (objective.minimise, objective.then))
     share = f"{objective.within_percent:g} %"
     return (
-        f"ranks: by {then} where the least {first} a design reaches is within {share} of the best of all, the others "
-        f"by that {first}; shown after up to {share} of it was given up for {then}"
+        f"ranking: designs whose lowest {first} is within {share} of the best are ranked by {then}, the others by "
+        f"{first}; values are shown after trading up to {share} of {first} for {then}"
     )
 
 
@@ -217,7 +217,7 @@ def _notes_on_best(found: Study, folder: Path, pdf: Path | None) -> list[str]:
         else f"score.fabrication_notes in {design_path(folder, row.configuration)}"
     )
     notes = f"{count} fabrication notes" if count > 1 else "fabrication note"
-    return [f"before ordering the best design's mirrors, read the {notes} ({where})"]
+    return [f"before ordering mirrors for the best design, read the {notes} ({where})"]
 
 
 def _cell(row: Row, column: Column) -> str:

@@ -22,10 +22,10 @@ LINES_WITHOUT_TERMINAL = 100
 @click.command()
 @click.argument("sweep", type=click.Path(path_type=Path), metavar="SWEEP.toml")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for the results.  [default: reports/NAME]")
-@click.option("--jobs", type=click.IntRange(min=1), help="Processes to work with.  [default: one for each core]")
-@click.option("--scheduler", metavar="ADDRESS", help="Work on the Dask cluster whose scheduler is at ADDRESS.")
-@click.option("--workers", type=click.IntRange(min=1), help="Work on a local Dask cluster of so many workers.")
-@click.option("--no-pdf", is_flag=True, help="Leave out sweep.pdf and its figures.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Number of processes.  [default: one per core]")
+@click.option("--scheduler", metavar="ADDRESS", help="Use the Dask cluster with its scheduler at ADDRESS.")
+@click.option("--workers", type=click.IntRange(min=1), help="Use a local Dask cluster with this number of workers.")
+@click.option("--no-pdf", is_flag=True, help="Do not write sweep.pdf and its figures.")
 @click.option("--quiet", is_flag=True, help="Print nothing.")
 def sweep(
     sweep: Path,
@@ -36,7 +36,7 @@ def sweep(
     no_pdf: bool,
     quiet: bool,
 ) -> None:
-    """Solve every configuration for many requirements; interrupted, the same command goes on where it was."""
+    """Optimise every configuration for many requirements; after an interruption the same command resumes."""
     from designer.study.process_pool import cores
     from designer.study.sweep.definition import read_sweep
 
@@ -58,7 +58,7 @@ def _cluster(jobs: int | None, scheduler: str | None, workers: int | None) -> Ab
     if scheduler is None and workers is None:
         return None
     if jobs is not None or (scheduler is not None and workers is not None):
-        raise InputError("give one of --jobs, --workers and --scheduler")
+        raise InputError("give only one of --jobs, --workers and --scheduler")
     from designer.study.sweep.cluster import cluster_workers
 
     return cluster_workers(scheduler, workers)
@@ -114,7 +114,7 @@ def _result(folder: Path, pdf: Path | None) -> str:
     best = winners(frame)
     counts = ", ".join(f"{count} {status}" for status, count in frame["status"].value_counts().items())
     wins = {str(name): int(count) for name, count in best["configuration"].value_counts().head(5).items()}
-    header = [f"{frame['point'].nunique()} requirements; most often best:", format_counts(wins)] if wins else []
+    header = [f"{frame['point'].nunique()} requirements; most frequent winners:", format_counts(wins)] if wins else []
     problems = f"{len(frame)} configuration problems: {counts}"
-    report = ["Nothing is feasible, so there is no report."] if best.empty else []
+    report = ["No design is feasible, so there is no report."] if best.empty else []
     return "\n".join([*header, problems, *report, str(pdf or folder / "results.csv")])

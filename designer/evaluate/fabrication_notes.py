@@ -45,14 +45,14 @@ def _on_making(mirror: Mirror) -> list[str]:
     hole, curvature = 2.0 * mirror.inner_radius_mm, tightest_curvature_mm(mirror)
     found = []
     if 0.0 < hole < NARROWEST_HOLE_MM:
-        found.append(f"has a hole {hole:.2f} mm wide (below {NARROWEST_HOLE_MM:g} mm)")
+        found.append(f"a hole {hole:.2f} mm in diameter (below {NARROWEST_HOLE_MM:g} mm)")
     if curvature < TIGHTEST_CURVATURE_MM:
-        found.append(f"curves with a radius of {curvature:.2f} mm (below {TIGHTEST_CURVATURE_MM:g} mm)")
+        found.append(f"a radius of curvature of {curvature:.2f} mm (below {TIGHTEST_CURVATURE_MM:g} mm)")
     if not found:
         return []
     return [
-        f"the {mirror.name} mirror {' and '.join(found)}, hard to turn and to measure; a larger "
-        f"manufacture.smallest_mirror_radius_mm (its outer radius is {mirror.outer_radius_mm:.2f} mm) enlarges it"
+        f"the {mirror.name} mirror has {' and '.join(found)}, which is hard to turn and to measure; to enlarge the "
+        f"mirror, increase manufacture.smallest_mirror_radius_mm (its outer radius is {mirror.outer_radius_mm:.2f} mm)"
     ]
 
 
@@ -68,11 +68,12 @@ def _on_pupil(design: Design) -> list[str]:
     least = min(short.values())
     stop = camera.f_number * pupil_mm / least if least else math.inf
     # Rounded up to a tenth: the pupil must not be wider than what was asked.
-    stopped = f", or the lens stopped down to f/{math.ceil(10.0 * stop - 1e-6) / 10.0:g}" if stop < 100.0 else ""
+    stopped = f", or stopping the lens down to f/{math.ceil(10.0 * stop - 1e-6) / 10.0:g}" if stop < 100.0 else ""
     return [
-        f"the entrance pupil is {2.0 * pupil_mm:.2f} mm wide (f/{camera.f_number:g}), but what clears an edge is the "
-        f"chief ray: with {told} edges cut off light at the ends of the zones; {_rounded_up(pupil_mm)} mm for "
-        f"{'each' if len(short) > 1 else 'it'}{stopped}, keeps nearly all of it"
+        f"the entrance pupil is {2.0 * pupil_mm:.2f} mm in diameter (f/{camera.f_number:g}), but clearances and "
+        f"margins apply to the chief ray: with {told}, edges cause vignetting at the ends of the zones; "
+        f"{_rounded_up(pupil_mm)} mm for "
+        f"{'each' if len(short) > 1 else 'it'}{stopped}, avoids nearly all of it"
     ]
 
 
@@ -106,8 +107,8 @@ def _on_kind(design: Design, name: str) -> list[str]:
     towards = f", towards {sibling}" if sibling else ""
     article = "an" if mirror.kind == "ellipsoid" else "a"
     return [
-        f"the {name} mirror is held at conic constant {mirror.conic:.4g}, the bound that tells {article} {mirror.kind} "
-        f"from {next_kind}: the search would have gone on beyond it{towards}"
+        f"the {name} mirror is at the limit of its conic constant, {mirror.conic:.4g}, which separates {article} "
+        f"{mirror.kind} from {next_kind}: the optimum lies beyond this limit{towards}"
     ]
 
 

@@ -131,7 +131,7 @@ def least_limit_over(
             _clipped(best.principal_distance, spans[1], principal_distances),
         )
     if not np.isfinite(best.depth_error_rms):
-        raise ValueError("the outer zone and the gap leave no room for the inner zone")
+        raise ValueError("the outer zone and the gap leave no space for the inner zone")
     return best
 
 

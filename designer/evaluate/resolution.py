@@ -108,7 +108,7 @@ def quantisation_error_rms(design: Design, elevation_count: int = 401, distance_
 
 def _view(design: Design, name: str) -> View:
     if name not in VIEW_NAMES:
-        raise ValueError(f"no view is called {name!r}: there are upper and lower")
+        raise ValueError(f"no view {name!r}: the views are upper and lower")
     return design.views.upper if name == "upper" else design.views.lower
 
 

@@ -224,16 +224,18 @@ def check_scorable(design: Design) -> None:
     if design.baseline_mm <= 0:
         raise InputError(f"baseline_mm = {design.baseline_mm:g}: must be above zero")
     if not -90 < low < high < 90:
-        raise InputError(f"working_volume.elevation_deg = [{low:g}, {high:g}]: must rise, between -90 and 90")
+        raise InputError(f"working_volume.elevation_deg = [{low:g}, {high:g}]: must be increasing, between -90 and 90")
     if not 0 < near < far:
-        raise InputError(f"working_volume.distance_mm = [{near:g}, {far:g}]: must rise, from above zero")
+        raise InputError(f"working_volume.distance_mm = [{near:g}, {far:g}]: must be increasing and above zero")
     slopes = (math.tan(math.radians(low)), math.tan(math.radians(high)))
     ranges = elevation_tangents_of_views(slopes, (near, far), design.baseline_mm)
     for name, view, from_volume in zip(VIEW_NAMES, (design.views.upper, design.views.lower), ranges, strict=True):
         if view.gain == 0:
             raise InputError(f"views.{name}.gain = 0: must not be zero")
         if not -90 < view.elevation_deg[0] < view.elevation_deg[1] < 90:
-            raise InputError(f"views.{name}.elevation_deg = {list(view.elevation_deg)}: must rise, between -90 and 90")
+            raise InputError(
+                f"views.{name}.elevation_deg = {list(view.elevation_deg)}: must be increasing, between -90 and 90"
+            )
         ends = [*from_volume, *(math.tan(math.radians(end)) for end in view.elevation_deg)]
         if any(abs(view.gain) * half_angle_tangent(end, view.sense) >= 1 for end in ends):
             raise InputError(f"views.{name}.gain = {view.gain:g}: its rays would reach the pinhole from behind")
@@ -248,7 +250,9 @@ def _check_sizes(part: object, key: str = "") -> None:
         for index, entry in enumerate(part):
             _check_sizes(entry, f"{key}.{index}")
     elif isinstance(part, float) and part and not SMALLEST_NUMBER <= abs(part) <= LARGEST_NUMBER:
-        raise InputError(f"{key} = {part:g}: must be zero or from {SMALLEST_NUMBER:g} to {LARGEST_NUMBER:g} in size")
+        raise InputError(
+            f"{key} = {part:g}: must be zero or from {SMALLEST_NUMBER:g} to {LARGEST_NUMBER:g} in magnitude"
+        )
 
 
 def limit_of_design(design: Design) -> float | None:

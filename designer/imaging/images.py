@@ -41,11 +41,11 @@ def read_raw_image(path: Path, camera: Camera) -> Image:
     if _is_truncated(data):
         raise InputError(f"{path}: the image is truncated or damaged; copy it again")
     if _notes_another_orientation_as_tiff(data):
-        raise InputError(f"{path}: this TIFF asks to be rotated; save it as the camera recorded it (orientation 1)")
+        raise InputError(f"{path}: this TIFF has a rotation flag; save it as the camera recorded it (orientation 1)")
     as_recorded = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_IGNORE_ORIENTATION
     decoded = cv2.imdecode(np.frombuffer(data, np.uint8), as_recorded) if data else None
     if decoded is None:
-        raise InputError(f"{path}: not an image that can be read (PNG, JPEG, TIFF and BMP can)")
+        raise InputError(f"{path}: not a readable image (use PNG, JPEG, TIFF or BMP)")
     height, width = decoded.shape[:2]
     if (width, height) != (camera.width_px, camera.height_px):
         raise InputError(

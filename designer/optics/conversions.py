@@ -40,7 +40,9 @@ class FocalForm:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.half_focal_distance) and math.isfinite(self.inverse_eccentricity)):
-            raise ValueError("the focal form needs finite foci: a paraboloid has none, nor has a sphere a direction")
+            raise ValueError(
+                "the focal form needs two distinct finite foci, which a paraboloid or a sphere does not have"
+            )
         if self.half_focal_distance == 0:
             raise ValueError("the two foci coincide: a sphere has no gain")
         if abs(self.inverse_eccentricity) == 1:

@@ -22,7 +22,7 @@ SHORTEST_VERTEX_DISTANCE_MM = 0.05
 # curvature, which is finite for a plane too.
 _FIXED_UNITS = {
     "vertex_mm": ("mm", 1.0),
-    "radius_mm": ("(a share of its curvature)", 0.01),
+    "radius_mm": ("(relative curvature)", 0.01),
     "conic": ("(in the conic constant)", 0.01),
 }
 
@@ -61,10 +61,10 @@ def image_constraints(system: System) -> Iterable[Constraint]:
     mixing = (system.largest_blur_at_end(outer, 0) + system.largest_blur_at_end(inner, 1)) / 2.0
     gap = distance * (image_slope(outer, 0) - image_slope(inner, 1)) - specification.zone_gap - mixing
     spare = (specification.image_radius - distance * rim) / pitch
-    yield Constraint("image_circle", f"image circle holds the {outer} view", "px", 10.0, spare)
+    yield Constraint("image_circle", f"{outer} view inside the image circle", "px", 10.0, spare)
     yield Constraint("zone_gap", "gap between the image zones", "px", 10.0, gap / pitch)
     barrel = specification.lens_radius - system.lens.pupil_diameter / 2.0 - specification.lens_front * rim
-    yield Constraint("lens_barrel", "lens barrel passes the light", "mm", 1.0, barrel)
+    yield Constraint("lens_barrel", "lens barrel clear of the light", "mm", 1.0, barrel)
 
 
 def mirror_constraints(system: System) -> Iterable[Constraint]:
@@ -80,7 +80,7 @@ def mirror_constraints(system: System) -> Iterable[Constraint]:
         yield Constraint("largest_diameter", f"largest diameter of the {name} mirror", "mm", 1.0, most - 2.0 * radius)
         steepest = degrees(asked.largest_slope) - slope
         yield Constraint("steepest_slope", f"steepest slope of the {name} mirror", "deg", 1.0, steepest)
-        yield Constraint("used_ring", f"used ring of the {name} mirror", "mm", 1.0, ring)
+        yield Constraint("used_ring", f"width of the used annulus of the {name} mirror", "mm", 1.0, ring)
 
 
 def sheet_constraints(system: System) -> Iterable[Constraint]:
@@ -88,7 +88,7 @@ def sheet_constraints(system: System) -> Iterable[Constraint]:
     for path in system.paths:
         for reflection in path.reflections:
             reach = absolute(reflection.conic.tangent_ratio) * reflection.half_tangents[1] ** 2
-            name = f"light meets the vertex sheet of the {reflection.mirror} mirror"
+            name = f"reflection on the vertex sheet of the {reflection.mirror} mirror"
             yield Constraint("vertex_sheet", name, "(a ratio)", 0.05, 1.0 - SHEET_MARGIN - reach)
 
 
@@ -106,13 +106,13 @@ def folding_pair_constraints(system: System) -> Iterable[Constraint]:
         )
         yield Constraint("primary_below_secondary", "primary below the secondary", "mm", 1.0, below)
     distance = fold.primary_side * primary.vertex_distance - SHORTEST_VERTEX_DISTANCE_MM
-    name = "primary's vertex on its side of the viewpoint"
+    name = "primary's vertex on the correct side of the viewpoint"
     yield Constraint("primary_vertex_side", name, "mm", 1.0, distance)
     if fold.primary_gains is not None:
         low, high = fold.primary_gains
         kind = "ellipsoid" if fold.primary_gains == ELLIPSOID_GAINS else "hyperboloid"
         for side, spare in (("below", primary.tangent_ratio - low), ("above", high - primary.tangent_ratio)):
-            name = f"primary stays a {kind} (gain from {side})"
+            name = f"primary remains a {kind} (gain from {side})"
             yield Constraint("primary_kind", name, "(in the gain)", 0.05, spare)
 
 
@@ -122,7 +122,13 @@ def first_mirror_constraints(system: System) -> Iterable[Constraint]:
         first = path.reflections[0]
         for tangent in first.half_tangents:
             spare = first.conic.point(tangent)[1] - system.specification.nearest_mirror
-            yield Constraint("nearest_mirror", f"nearest distance of the {first.mirror} mirror", "mm", 1.0, spare)
+            yield Constraint(
+                "nearest_mirror",
+                f"axial distance of the {first.mirror} mirror from the entrance pupil",
+                "mm",
+                1.0,
+                spare,
+            )
 
 
 def envelope_constraints(system: System) -> Iterable[Constraint]:
@@ -188,7 +194,7 @@ def _fixed_constraints(system: System, fixed: Mapping[str, float]) -> Iterable[C
             if quantity == "viewpoint_mm":
                 unit, scale, off = "mm", 1.0, path.viewpoint - wanted
             else:
-                unit, scale, off = "(a share of it)", 0.01, system.values[f"{owner}_gain"] / wanted - 1.0
+                unit, scale, off = "(relative)", 0.01, system.values[f"{owner}_gain"] / wanted - 1.0
             yield Constraint("fixed", f"{name} view", unit, scale, off, equality=True)
             continue
         surface = next(mirror.surface for mirror in system.layout.mirrors if mirror.name == owner)

@@ -29,12 +29,12 @@ def why_impossible(variant: Variant, specification: Specification, free: FreeRan
             concave = kinds[mirror] is MirrorKind.PARABOLOID
             words = f"a concave {kinds[mirror].word}" if concave else with_article(kinds[mirror].word)
             return (
-                f"{words} cannot see a range that contains its own horizon, and the {view} view "
-                f"must see {shown[0]:.1f} to {shown[1]:.1f} degrees"
+                f"{words} cannot see a range that contains its own horizon, but the {view} view must cover "
+                f"{shown[0]:.1f} to {shown[1]:.1f} degrees"
             )
         if kinds[mirror] is MirrorKind.PLANE and max(low for low, _ in spans) <= 0.0:
             return (
-                f"a plane primary sees only above its horizon, and the {view} view must see "
+                f"a plane primary sees only above its horizon, but the {view} view must cover "
                 f"{shown[0]:.1f} to {shown[1]:.1f} degrees"
             )
     gains = [
@@ -43,7 +43,7 @@ def why_impossible(variant: Variant, specification: Specification, free: FreeRan
         for distance in free.principal_distance
     ]
     if max(gains) <= 0.0:
-        return "the outer zone and the gap leave no room for the inner zone"
+        return "the outer zone and the gap leave no space for the inner zone"
     return None
 
 
@@ -67,7 +67,7 @@ def why_fixed_conflicts(configuration: Configuration, fixed: Mapping[str, float]
     for name, given in mirrors.items():
         if name not in kinds:
             article = "an" if name == "upper" else "a"
-            return f"{article} {name} mirror is given, and the configuration has none"
+            return f"{article} {name} mirror is fixed, but this configuration has none"
         reason = _why_kind_conflicts(configuration, name, given)
         if reason is not None:
             return reason
@@ -82,8 +82,8 @@ def why_fixed_conflicts(configuration: Configuration, fixed: Mapping[str, float]
                 implied = kind_of_single_mirror(q)
                 if implied is not kind:
                     return (
-                        f"the {name} mirror would be {with_article(implied.word)} by {words}, "
-                        f"and the configuration's is {with_article(kind.word)}"
+                        f"the {name} mirror is {with_article(implied.word)} according to {words}, but in this "
+                        f"configuration it is {with_article(kind.word)}"
                     )
     return None
 
@@ -94,11 +94,11 @@ def _why_kind_conflicts(configuration: Configuration, name: str, given: Mapping[
     kind = kinds[name]
     if kind is MirrorKind.PLANE:
         curved = given.keys() & {"radius_mm", "conic"}
-        return f"the given {name} mirror is curved, and the configuration's is a plane" if curved else None
+        return f"the fixed {name} mirror is curved, but in this configuration it is a plane" if curved else None
     if "conic" in given and kind is not (its := kind_of_conic(given["conic"])):
         return (
-            f"the given {name} mirror (conic constant {given['conic']:g}) is {with_article(its.word)}, "
-            f"and the configuration's is {with_article(kind.word)}"
+            f"the fixed {name} mirror (conic constant {given['conic']:g}) is {with_article(its.word)}, but in this "
+            f"configuration it is {with_article(kind.word)}"
         )
     if "radius_mm" not in given:
         return None
@@ -107,8 +107,8 @@ def _why_kind_conflicts(configuration: Configuration, name: str, given: Mapping[
     if math.copysign(1, given["radius_mm"]) in signs:
         return None
     return (
-        f"the given {name} mirror has a radius of {given['radius_mm']:g} mm, and that of the configuration's "
-        f"{kind.word} is {'negative' if -1 in signs else 'positive'}"
+        f"the fixed {name} mirror has a radius of {given['radius_mm']:g} mm, but the {kind.word} of this "
+        f"configuration needs a {'negative' if -1 in signs else 'positive'} radius"
     )
 
 
@@ -118,12 +118,12 @@ def _why_view_conflicts(configuration: Configuration, view: str, given: Mapping[
         signs = {variant.gain_sign(view) for variant in enumerate_variants(configuration)}
         if math.copysign(1, given["gain"]) not in signs:
             word = "negative" if -1 in signs else "positive"
-            return f"the given gain of the {view} view is {given['gain']:g}, and the configuration's is {word}"
+            return f"the fixed gain of the {view} view is {given['gain']:g}, but in this configuration it is {word}"
     if configuration.family == "direct":
         if given.get("viewpoint_mm", 1.0) <= 0:
-            return f"the given {view} viewpoint lies below the pinhole, and the mirror that would give it above"
+            return f"the fixed {view} viewpoint lies below the pinhole, but the mirror of this view lies above it"
         if abs(given.get("gain", 0.0)) >= 1:
-            return f"the given gain of the {view} view is {given['gain']:g}, and one mirror alone gives less than 1"
+            return f"the fixed gain of the {view} view is {given['gain']:g}, but a single mirror gives less than 1"
     return None
 
 

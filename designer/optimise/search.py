@@ -356,15 +356,15 @@ def _infeasible(configuration: Configuration, branches: list[_Branch]) -> Search
     statuses = _all_statuses(branches)
     if not {SOLVED, STALLED} & statuses.keys():
         said = ", ".join(f"{status} ({count})" for status, count in statuses.items())
-        return SearchResult(configuration, "failed", f"the solver never came to an end: {said}", statuses=statuses)
+        return SearchResult(configuration, "failed", f"the solver never converged: {said}", statuses=statuses)
     misses = [branch.miss for branch in branches if branch.miss is not None]
     tied = _shortfalls(min(misses, key=lambda miss: miss.violation))
     variant = f" ({tied[0].variant})" if tied[0].variant else ""
-    missed = "; equally, ".join(f"{short.amount:.3g} {short.unit}: {short.constraint}" for short in tied)
+    missed = "; equally, ".join(f"{short.constraint} by {short.amount:.3g} {short.unit}" for short in tied)
     return SearchResult(
         configuration,
         "infeasible",
-        f"no feasible point found; the nearest{variant} misses by {missed}",
+        f"no feasible point found; smallest violation{variant}: {missed}",
         shortfall=tied[0],
         statuses=statuses,
         warm_starts=tuple(branch.warm_start("depth_error") for branch in branches),

@@ -22,7 +22,7 @@ def write_sweep_pdf(folder: Path) -> Path:
     table = read_sweep_results(folder)
     best = winners(table)
     if best.empty:
-        raise InputError(f"{folder}: nothing is feasible in this sweep, so there is nothing to draw")
+        raise InputError(f"{folder}: this sweep has no feasible design, so there is nothing to draw")
     tables = tables_of(table, best)
     figures = draw_sweep(tables)
     for name, svg in figures.items():

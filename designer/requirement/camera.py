@@ -49,7 +49,7 @@ class Lens(Part):
             default_factory=lambda data: (data.get("nearest_focus_mm", math.nan), math.inf),
             description="Distance from the entrance pupil at which the lens is focused, or the range in which the "
             "optimiser may choose. The image plane then lies at f u / (u - f). Default: free from nearest_focus_mm "
-            "to inf, since mirrors put virtual images close by.",
+            "to inf, since mirrors form virtual images nearby.",
         ),
     ]
     f_number: Annotated[
@@ -57,8 +57,8 @@ class Lens(Part):
         Quantity(0.5, 128, shape="number or range"),
         Field(
             title="f-number",
-            description="Aperture the lens will be used at, or the range in which the optimiser may choose; sets the "
-            "depth of field, the light and the diffraction.",
+            description="F-number at which the lens is used, or the range in which it is optimised; sets the depth of "
+            "field, the exposure and the diffraction.",
         ),
     ]
     radius_mm: Annotated[
@@ -140,8 +140,8 @@ class Camera(Part):
     """Sensor, body and lens."""
 
     name: Annotated[StrictStr, Field(default="", description="Maker and model, for the report.")]
-    width_px: Annotated[int, Quantity(16, 100_000, "pixels", whole=True), Field(description="Image width.")]
-    height_px: Annotated[int, Quantity(16, 100_000, "pixels", whole=True), Field(description="Image height.")]
+    width_px: Annotated[int, Quantity(16, 100_000, "pixels", whole=True), Field(description="Image width in pixels.")]
+    height_px: Annotated[int, Quantity(16, 100_000, "pixels", whole=True), Field(description="Image height in pixels.")]
     pixel_pitch_mm: Annotated[
         float,
         Quantity(0.0003, 0.1, "mm", if_smaller=METRES, if_larger="is that micrometres? 4.4 um is 0.0044"),
@@ -153,8 +153,8 @@ class Camera(Part):
         Field(
             title="image circle's radius",
             default_factory=lambda data: min(data.get("width_px", 0), data.get("height_px", 0)) / 2,
-            description="Radius of the usable image round its centre. Default: half the smaller image side, so that "
-            "every azimuth is seen whole. At most half the diagonal.",
+            description="Radius of the usable image, from its centre. Default: half the smaller image side, so that "
+            "all azimuths are fully imaged. At most half the diagonal.",
         ),
     ]
     body_radius_mm: Annotated[
@@ -162,7 +162,7 @@ class Camera(Part):
         Quantity(0.5, 1e4, "mm", if_smaller=METRES),
         Field(
             title="camera body's radius",
-            description="Radius of the cylinder round the optical axis that holds the camera body below the lens.",
+            description="Radius of the cylinder about the optical axis that encloses the camera body below the lens.",
         ),
     ]
     nearest_mirror_mm: Annotated[
@@ -171,16 +171,19 @@ class Camera(Part):
         Field(
             title="nearest mirror point, at least",
             default=25.0,
-            description="Least axial distance from the entrance pupil to the first mirror of each path. Without it "
-            "optima hug the lens, where nothing can be focused. Default: 25, about what a small lens reaches with a "
-            "thin spacer.",
+            description="Least axial distance from the entrance pupil to the first mirror of each path. Without it, "
+            "optimal designs place mirrors too close to the lens to be in focus. Default: 25, about the closest "
+            "focus of a small lens with a thin spacer.",
         ),
     ]
     lens: Annotated[
         Annotated[Lens, Tag("(one)")] | Annotated[tuple[Lens, ...], Tag("(catalogue)")],
         Discriminator(_lens_form),
         BeforeValidator(_is_lens_or_catalogue),
-        Field(description="The lens, as a table [camera.lens]; or a catalogue to choose from, each [[camera.lens]]."),
+        Field(
+            description="The lens, as a table [camera.lens]; or a catalogue to choose from, one [[camera.lens]] "
+            "for each lens."
+        ),
     ]
 
     @property

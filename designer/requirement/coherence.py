@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
-from designer.configurations import VIEW_OF_SINGLE_MIRROR, MirrorKind, enumerate_configurations
+from designer.configurations import VIEW_OF_SINGLE_MIRROR, MirrorKind, enumerate_configurations, with_article
 from designer.optics.kinds import conic_with_focus, inverse_eccentricities, kind_of_conic, radius_signs
 from designer.requirement.quantity import refuse
 
@@ -43,7 +43,7 @@ def check_fixed_numbers(mirrors: Mapping[str, Given], views: Mapping[str, Given]
 def _check_mirrors_belong_together(mirrors: Mapping[str, Given]) -> None:
     if not any(_may_have(configuration.mirror_kinds, mirrors) for configuration in enumerate_configurations()):
         given = [f"{name} {_described(mirror)}".strip() for name, mirror in mirrors.items()]
-        refuse(f"none of the 44 configurations has these mirrors together: {', '.join(given)}", "mirror")
+        refuse(f"none of the 44 configurations combines these mirrors: {', '.join(given)}", "mirror")
 
 
 def _may_have(kinds: Mapping[str, MirrorKind], mirrors: Mapping[str, Given]) -> bool:
@@ -65,14 +65,14 @@ def _check_side(name: str, mirror: Given) -> None:
     """A radius whose sign contradicts the conic constant; a vertex on the wrong side of the pinhole."""
     vertex, radius, conic = mirror.get("vertex_mm"), mirror.get("radius_mm"), mirror.get("conic")
     if name != "primary" and vertex is not None and vertex <= 0:
-        refuse("must be above 0: this mirror hangs above the pinhole", f"mirror.{name}.vertex_mm", vertex)
+        refuse("must be above 0: this mirror is above the pinhole", f"mirror.{name}.vertex_mm", vertex)
     if radius is None or conic is None:
         return
     kind = kind_of_conic(conic)
     if math.copysign(1, radius) not in radius_signs(name, kind, may_share_focus_below=True):
         side = "below" if radius > 0 else "above"
         refuse(
-            f"must be {side} 0 for the {kind.word} that conic = {conic:g} makes of the {name} mirror",
+            f"must be {side} 0 because conic = {conic:g} makes the {name} mirror {with_article(kind.word)}",
             f"mirror.{name}.radius_mm",
             radius,
         )
@@ -82,12 +82,12 @@ def _check_direct_view(name: str, view: Given) -> None:
     """A viewpoint or a gain that no mirror facing down with a focus at the pinhole can give."""
     if view.get("viewpoint_mm", 1.0) <= 0:
         refuse(
-            "must be above 0: the mirror that gives this view hangs above the pinhole",
+            "must be above 0: the mirror that forms this view is above the pinhole",
             f"view.{name}.viewpoint_mm",
             view["viewpoint_mm"],
         )
     if abs(view.get("gain", 0.0)) >= 1:
-        refuse("must lie between -1 and 1: one mirror gives this view", f"view.{name}.gain", view["gain"])
+        refuse("must be between -1 and 1: a single mirror forms this view", f"view.{name}.gain", view["gain"])
 
 
 def _check_agreement(name: str, found: Iterable[tuple[str, float]]) -> None:
@@ -95,13 +95,15 @@ def _check_agreement(name: str, found: Iterable[tuple[str, float]]) -> None:
     known = list(found)
     for words, q in known:
         if not 0 < q < math.inf or q == 1:  # infinite: a sphere round the pinhole, its foci one
-            refuse(f"{words} leave no mirror with foci at the pinhole and at its viewpoint", f"mirror.{name}")
+            refuse(
+                f"{words}: no mirror with foci at the pinhole and at its viewpoint has these values", f"mirror.{name}"
+            )
     for words, q in known[1:]:
         first_words, first = known[0]
         if not math.isclose(q, first, rel_tol=SAME_NUMBER):
             refuse(
-                f"{first_words} asks for a conic constant of {_conic(first)}, {words} for {_conic(q)}; "
-                "leave one of them out",
+                f"{first_words} implies a conic constant of {_conic(first)}, but {words} one of {_conic(q)}; omit "
+                f"one of them",
                 f"mirror.{name}",
             )
 
@@ -113,7 +115,7 @@ def _check_focus(name: str, mirror: Given, focus_mm: float, where: str) -> None:
     wanted = conic_with_focus(mirror["vertex_mm"] - focus_mm, mirror["radius_mm"])
     if not math.isclose(mirror["conic"], wanted, rel_tol=SAME_NUMBER):
         refuse(
-            f"must be {wanted:.8g} for a focus at {where}, with the vertex and the radius given; leave one of them out",
+            f"must be {wanted:.8g} for a focus at {where}, given the vertex and the radius; omit one of the three",
             f"mirror.{name}.conic",
             mirror["conic"],
         )

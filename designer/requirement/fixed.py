@@ -45,7 +45,7 @@ class FixedMirror(Part):
         if self.radius_mm is None and self.conic is None and self.vertex_mm is None:
             refuse("must fix at least one of radius_mm, conic, vertex_mm")
         if self.radius_mm == 0:
-            refuse("must not be 0; leave it out for a plane", "radius_mm", self.radius_mm)
+            refuse("must not be 0; omit it for a plane", "radius_mm", self.radius_mm)
         if self.conic == 0:
             refuse("must be below 0: a sphere has no pair of foci", "conic", self.conic)
         return self

@@ -51,8 +51,9 @@ class Objective(Part):
         _GOALS,
         Field(
             default_factory=lambda data: "depth_error" if data.get("minimise") == "height" else "height",
-            description="What to minimise then, with the first kept within a tolerance. Default: height (depth_error "
-            "if height comes first), since many designs reach the same depth error and differ in size.",
+            description="What to minimise second, with the first objective kept within a tolerance. Default: height "
+            "(depth_error "
+            "if height comes first), since many designs of different size reach the same depth error.",
         ),
     ]
     within_percent: Annotated[
@@ -60,8 +61,8 @@ class Objective(Part):
         Quantity(0, 1000, "percent"),
         Field(
             default=1.0,
-            description="How much of the first objective may be given up for the second. Default: 1 percent, far "
-            "below what a user of depth notices. At least 0.1, or 0 for none.",
+            description="How much the first objective may increase in favour of the second. Default: 1 percent, "
+            "which is negligible in use. At least 0.1, or 0 for none.",
         ),
     ]
 
@@ -98,7 +99,7 @@ class Solve(Part):
             title="starts",
             default=16,
             description="Starting points of the optimiser for each variant of a configuration. Default: 16; more "
-            "starts cost time and find better optima rarely.",
+            "starts cost time and rarely find better optima.",
         ),
     ]
     configurations: Annotated[
@@ -106,10 +107,9 @@ class Solve(Part):
         Field(
             default=("*",),
             description='Configurations to study, by name or glob pattern such as "folded-*-upper_outer". In folding '
-            "pairs a hyperboloid's inverse eccentricity, and an ellipsoid's eccentricity, stays within "
-            f"{FLATTEST:g} and {MOST_PARABOLIC:g}: "
-            "flatter it would be a plane (or a sphere), nearer to 1 a paraboloid, which are configurations of their "
-            "own. Default: all 44.",
+            "pairs a hyperboloid's inverse eccentricity, and an ellipsoid's eccentricity, is kept between "
+            f"{FLATTEST:g} and {MOST_PARABOLIC:g}: below, it is practically a plane (or a sphere), and near 1 a "
+            "paraboloid, which are covered by other configurations. Default: all 44.",
         ),
     ]
 
@@ -134,7 +134,7 @@ class Requirement(Part):
         StrictStr,
         Field(
             default_factory=lambda: "requirement",
-            description="Short name, used for folders. Default: the file's name without its ending.",
+            description="Short name, used for folders. Default: the file name without its extension.",
         ),
     ]
     title: Annotated[
@@ -150,7 +150,7 @@ class Requirement(Part):
         Quantity(1, 1e5, "mm", if_smaller=METRES, shape="number or range"),
         Field(
             title="baseline",
-            description="Distance between the two effective viewpoints, or the range in which to choose it.",
+            description="Distance between the two effective viewpoints, or the range in which it is optimised.",
         ),
     ]
     noise_px: Annotated[
@@ -159,9 +159,9 @@ class Requirement(Part):
         Field(
             title="image noise, each view",
             default=0.1,
-            description="Standard deviation of an image point's radial position in each view. Default: 0.1, what "
+            description="Standard deviation of an image point's radial position in each view. Default: 0.1, which "
             'subpixel matching reaches on good texture. Or "predicted": from texture, blur, light and the matcher\'s '
-            "window ([light], [matching]), since the lens decides how precisely a point can be matched.",
+            "window ([light], [matching]).",
         ),
     ]
     working_volume: WorkingVolume
@@ -226,7 +226,7 @@ def _check_lens_fits(asked: Requirement) -> None:
         if envelope.height_mm < least_height:
             refuse(
                 f"must be at least {least_height:g}: from the front of {which} to the nearest mirror allowed "
-                "(camera.nearest_mirror_mm - camera.lens.front_mm), and its substrate",
+                "(camera.nearest_mirror_mm - camera.lens.front_mm), plus its substrate",
                 "envelope.height_mm",
                 envelope.height_mm,
             )

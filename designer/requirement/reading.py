@@ -48,7 +48,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
     except ValueError:  # Python refuses to read a whole number of thousands of digits, or a 13th month
-        raise InputError(f"{path}: not valid TOML: a number or date is beyond all limits") from None
+        raise InputError(f"{path}: not valid TOML: a number or date is out of range") from None
 
 
 def requirement_to_toml(requirement: Requirement) -> str:

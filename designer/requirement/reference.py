@@ -16,13 +16,13 @@ from designer.requirement.quantity import Choice, NumberOrWord, Quantity
 _HEAD = """\
 # Requirement reference
 
-Every key of a requirement file (TOML), made from the code by `make reference`. `designer init FILE` writes a commented
-file to start from.
+Every key of a requirement file (TOML), generated from the code by `make reference`. `designer init FILE` writes a
+commented example file.
 
 Lengths are in millimetres, angles in degrees and image lengths in pixels, as the names say. The origin is the centre
 of the lens's entrance pupil; z runs along the optical axis, upwards, and radii are measured from it. Keys without a
-default must be given. A key that does not exist, a wrong type, a value outside its limits, or values that do not fit
-together end with one line that says what is allowed, and nothing is written.
+default are mandatory. An unknown key, a wrong type, a value outside its limits or inconsistent values produce a
+one-line error message that states what is allowed, and nothing is written.
 """
 
 # Tables that are not fields of one model: the heading under which their keys are listed, where they may stand in the
@@ -72,7 +72,7 @@ def _allowed(field: FieldInfo) -> str:
     if field.annotation is str:
         return "text"
     if field.annotation == tuple[str, ...]:
-        return "an array of texts"
+        return "an array of strings"
     return "table"
 
 

@@ -22,7 +22,7 @@ def select_configurations(patterns: Iterable[str]) -> tuple[Configuration, ...]:
     for pattern in patterns:
         matching = {name for name in _names() if fnmatchcase(name, pattern)}
         if not matching:
-            refuse(f"{' '.join(pattern.split())!r} is none of the 44 and matches none; {nearest(pattern, _names())}")
+            refuse(f"{' '.join(pattern.split())!r} matches none of the 44 configurations; {nearest(pattern, _names())}")
         chosen |= matching
     return tuple(configuration for configuration in enumerate_configurations() if configuration.name in chosen)
 

@@ -19,7 +19,7 @@ class WorkingVolume(Part):
         Quantity(-89, 89, "degrees", shape="range"),
         Field(
             title="elevation, from the middle",
-            description="Lowest and highest elevation, seen from the middle of the baseline; up is positive.",
+            description="Lowest and highest elevation, measured at the middle of the baseline; up is positive.",
         ),
     ]
     distance_mm: Annotated[
@@ -62,8 +62,8 @@ class Envelope(Part):
         Field(
             title="each mirror's diameter, at most",
             default_factory=lambda data: data.get("diameter_mm", math.nan),
-            description="Largest mirror that can be bought or made. Default: the envelope's diameter, since nothing "
-            "else limits it.",
+            description="Largest mirror diameter that can be bought or made. Default: the envelope's diameter, the "
+            "only other limit.",
         ),
     ]
 
@@ -97,8 +97,8 @@ class Manufacture(Part):
             title="edge margin",
             default=0.5,
             description="Radial width by which a mirror's face reaches beyond its used zone, at the outer and at the "
-            "inner edge. The used zone is that of the full width of the light. Default: 0.5, since diamond "
-            "turning and polishing lose the last tenths of a millimetre.",
+            "inner edge. The used zone covers the full width of the light. Default: 0.5, since the last tenths of a "
+            "millimetre at an edge are usually lost in diamond turning and polishing.",
         ),
     ]
     clearance_mm: Annotated[
@@ -107,9 +107,9 @@ class Manufacture(Part):
         Field(
             title="clearance",
             default=0.5,
-            description="Least distance between any light and any edge, and between any two solids; light that "
-            "touches an edge is blocked, so it cannot be 0. Light means its full width, through all "
-            "of the entrance pupil. Default: 0.5, several times the usual assembly tolerance.",
+            description="Smallest distance between any light path, at its full width through the whole entrance pupil, "
+            "and any edge, and between any two solids. It cannot be 0, because light that touches an edge is blocked. "
+            "Default: 0.5, several times the usual assembly tolerance.",
         ),
     ]
     zone_gap_px: Annotated[
@@ -128,7 +128,8 @@ class Manufacture(Part):
         Field(
             title="mirror radius, at least",
             default=4.0,
-            description="Least outer radius of a mirror's face. Default: 4; smaller ones are hard to turn and mount.",
+            description="Smallest outer radius of a mirror's face. Default: 4; smaller mirrors are hard to turn and "
+            "mount.",
         ),
     ]
     largest_slope_deg: Annotated[
@@ -137,7 +138,7 @@ class Manufacture(Part):
         Field(
             title="surface slope, at most",
             default=70.0,
-            description="Steepest slope of a mirror's face against the horizontal. Default: 70; beyond it few "
-            "machines turn and few instruments measure.",
+            description="Largest slope of a mirror's face relative to the horizontal. Default: 70; few machines can "
+            "turn and few instruments can measure steeper faces.",
         ),
     ]

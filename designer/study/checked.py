@@ -149,7 +149,7 @@ def _read_grey(path: Path) -> Image:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_GRAYSCALE) if data else None
     if image is None:
-        raise InputError(f"{path}: not an image that can be read")
+        raise InputError(f"{path}: not a readable image")
     return np.asarray(image, dtype=np.uint8)
 
 

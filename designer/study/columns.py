@@ -109,7 +109,7 @@ _CONTRACT = (
     Column("status", str, lambda found: found.status, "status"),
     Column("reason", str, lambda found: found.reason, "reason"),
     Column("depth_error_rms", float, _of_depth(lambda depth: depth.depth_error_rms), "depth error", "%"),
-    Column("limit_ratio", float, _of_depth(lambda depth: depth.limit_ratio), "of limit"),
+    Column("limit_ratio", float, _of_depth(lambda depth: depth.limit_ratio), "limit ratio"),
     Column("baseline_mm", float, _of_design(lambda design: design.record.baseline_mm), "baseline", "mm"),
     Column("height_mm", float, _of_design(lambda design: design.record.height_mm), "height", "mm"),
     Column("diameter_mm", float, _of_design(lambda design: design.record.diameter_mm), "diameter", "mm"),
@@ -177,7 +177,7 @@ _FURTHER = (
         "°",
     ),
     Column("depth_error_worst", float, _of_depth(lambda depth: depth.depth_error_worst), "worst depth error", "%"),
-    Column("first_order_valid", bool, _of_depth(lambda depth: depth.first_order_valid), "first order is enough"),
+    Column("first_order_valid", bool, _of_depth(lambda depth: depth.first_order_valid), "first order valid"),
     Column(
         "depth_error_rms_second_order",
         float,
@@ -192,7 +192,7 @@ _FURTHER = (
         "worst depth error, second order",
         "%",
     ),
-    Column("second_order_valid", bool, _of_depth(lambda depth: depth.second_order_valid), "second order is enough"),
+    Column("second_order_valid", bool, _of_depth(lambda depth: depth.second_order_valid), "second order valid"),
     Column(
         "least_limit_depth_error_rms",
         float,
@@ -241,8 +241,8 @@ _FURTHER = (
         is_swept=False,
     ),
     Column("seconds", float, lambda found: found.seconds, "time", "s", is_swept=False),
-    Column("closest_constraint", str, _of_shortfall("constraint"), "constraint that came closest"),
-    Column("closest_violation", float, _of_shortfall("amount"), "short by"),
+    Column("closest_constraint", str, _of_shortfall("constraint"), "limiting constraint"),
+    Column("closest_violation", float, _of_shortfall("amount"), "violated by"),
     Column("closest_unit", str, _of_shortfall("unit"), "unit"),
     Column(
         "pareto_front_problem",

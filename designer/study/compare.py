@@ -92,7 +92,7 @@ def _read(folder: Path) -> tuple[Requirement, pd.DataFrame]:
     if (folder / FILE_NAME).is_file():
         return requirement_of(folder), read_sweep_results(folder)
     if not (folder / RESULTS).is_file():
-        holds = f"holds neither {RESULTS} nor {FILE_NAME}" if folder.is_dir() else "is no folder"
+        holds = f"contains neither {RESULTS} nor {FILE_NAME}" if folder.is_dir() else "is not a folder"
         raise InputError(f"{folder}: {holds}; give the folder of a study or of a sweep")
     return read_requirement(folder / REQUIREMENT), frame_of(read_rows(folder))
 

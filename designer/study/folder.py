@@ -257,7 +257,7 @@ def _read_json(path: Path) -> dict[str, JsonValue]:
     except json.JSONDecodeError as error:
         raise InputError(f"{path}: not JSON: {error.msg} at line {error.lineno}, column {error.colno}") from None
     if not isinstance(content, dict):
-        raise InputError(f"{path}: must hold a JSON object")
+        raise InputError(f"{path}: must be a JSON object")
     return content
 
 

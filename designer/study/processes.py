@@ -82,7 +82,7 @@ def run_each(processes: Processes, function: Callable[..., Any], tasks: Tasks) -
 def why_it_failed(error: Exception) -> str:
     """Why a task of :func:`run_each` has no result, in one line."""
     if isinstance(error, BrokenProcessPool):
-        return "its process died, twice: perhaps out of memory"
+        return "its process died twice, perhaps out of memory"
     said = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
     return " ".join(said.split())
 

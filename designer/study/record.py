@@ -232,6 +232,6 @@ def least_limit_of(requirement: Requirement, configuration: Configuration) -> Le
                 )
             )
     if not limits:
-        raise ValueError("no lens leaves room for the inner zone beside the outer one and the gap")
+        raise ValueError("with every lens the outer zone and the gap leave no space for the inner zone")
     least = min(limits, key=lambda limit: limit.depth_error_rms)
     return LeastLimit(least.depth_error_rms, least.baseline, least.principal_distance)

@@ -97,7 +97,7 @@ def frame_of(rows: Iterable[Row], columns: Mapping[str, Column] = COLUMNS) -> pd
 
 def _known(column: str) -> str:
     if column not in COLUMNS:
-        raise KeyError(f"no column of results is called {column}")
+        raise KeyError(f"no results column is called {column}")
     return column
 
 

@@ -33,7 +33,7 @@ def restrict(requirement: Requirement, only: Iterable[str], word: str = "only") 
             raise InputError(f"{word}: {error}") from None
         if matching.isdisjoint(own):
             raise InputError(
-                f"{word}: {pattern!r} matches only configurations that the requirement leaves out: "
+                f"{word}: {pattern!r} matches only configurations that the requirement excludes: "
                 f"solve.configurations = {list(requirement.solve.configurations)}"
             )
         chosen |= matching

@@ -44,7 +44,7 @@ def trace_many(
         A mirror is posed away from the axis.
     """
     if not instrument.is_aligned:
-        raise ValueError("compiled loops trace mirrors on the axis only")
+        raise ValueError("compiled loops trace only mirrors that are on the axis")
     given = np.ascontiguousarray(directions, dtype=float).reshape(-1, 3)
     faces, conics = list(path), instrument.conics
     mirrors = np.column_stack(

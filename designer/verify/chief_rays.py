@@ -170,7 +170,7 @@ def _residuals(
 
 def _end_problems(view: View, asked: _AskedRays) -> list[str]:
     return [
-        f"no ray in the image leaves at {elevation:.4g} deg, an end of the asked range"
+        f"no ray in the image exits at {elevation:.4g} deg, an end of the required range"
         for elevation, angle in zip(view.elevation_deg, asked.ends, strict=True)
         if np.isnan(angle)
     ]
@@ -198,12 +198,12 @@ def _aperture_problems(
         if needed.max() > mirror.outer_radius_mm:
             problems.append(
                 f"{mirror_name} ends at radius {mirror.outer_radius_mm:.7g} mm; "
-                f"the asked rays meet it out to {needed.max():.7g} mm"
+                f"the required rays reach out to {needed.max():.7g} mm"
             )
         if needed.min() < mirror.inner_radius_mm:
             problems.append(
                 f"{mirror_name} begins at radius {mirror.inner_radius_mm:.7g} mm; "
-                f"the asked rays meet it in to {needed.min():.7g} mm"
+                f"the required rays reach in to {needed.min():.7g} mm"
             )
     return problems
 
@@ -217,7 +217,7 @@ def _camera_problems(design: Design, widest_asked: float, circle: float) -> list
         problems.append(f"its image zone reaches {beyond:.4g} px beyond the image circle")
     excess = camera.lens_front_mm * np.tan(widest_asked) - camera.lens_radius_mm
     if excess > 0.0:
-        problems.append(f"the lens barrel cuts into its own rays by {excess:.4g} mm at the lens front")
+        problems.append(f"the lens barrel cuts off the required rays by {excess:.4g} mm at the lens front")
     return problems
 
 
@@ -227,7 +227,7 @@ def _passage_problems(
     """What the scanned meridian does not show: asked rays lost at other azimuths, rims between neighbouring rays."""
     return [
         *_azimuth_problems(instrument, path, *meridians),
-        *(f"{_leg_name(view, leg)}: the {rim} stands between the rays" for leg, rim in fan.obstructions),
+        *(f"{_leg_name(view, leg)}: the {rim} lies between the rays" for leg, rim in fan.obstructions),
     ]
 
 
@@ -236,7 +236,7 @@ def _azimuth_problems(instrument: Instrument, path: tuple[int, ...], psi: Array,
     spoiled = report.status != Status.OK
     if not spoiled.any():
         return []
-    return [f"{int(spoiled.sum())} of {psi.size} asked rays at other azimuths do not get through"]
+    return [f"{int(spoiled.sum())} of {psi.size} required rays at other azimuths are lost"]
 
 
 def _viewpoint_problems(view: View, residuals: _Residuals) -> list[str]:
@@ -249,9 +249,9 @@ def _viewpoint_problems(view: View, residuals: _Residuals) -> list[str]:
             f"{crossing}"
         )
     if not residuals.gain < GAIN_TOLERANCE:
-        found = f"; its mirrors make it {traced.gain:.9g}, {traced.sense}" if traced else ""
+        found = f"; its mirrors give {traced.gain:.9g}, {traced.sense}" if traced else ""
         problems.append(
-            f"the traced gain is off its record ({view.gain:.9g}, {view.sense}) by up to {residuals.gain:.3g} in "
+            f"the traced gain differs from its record ({view.gain:.9g}, {view.sense}) by up to {residuals.gain:.3g} in "
             f"tan(psi/2){found}"
         )
     return problems

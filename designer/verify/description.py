@@ -32,7 +32,7 @@ def _view_lines(name: str, view: ViewVerdict) -> list[str]:
     zone = "not in the image" if view.zone_psi_deg is None else in_degrees(view.zone_psi_deg) + " at the pinhole"
     lines = [
         f"{name} view: pinhole to {', '.join(view.path)}, world",
-        f"  asked      {in_degrees(view.asked_elevation_deg)}",
+        f"  required   {in_degrees(view.asked_elevation_deg)}",
         f"  apertures  {aperture}",
         f"  seen       {seen}",
         f"  zone       {zone}",
@@ -62,4 +62,4 @@ def _light_lines(light: ViewLight) -> list[str]:
 
 def _blockage_line(blockage: Blockage) -> str:
     where = f"  blocked    {in_degrees(blockage.elevation_deg)} by {blockage.element}, {blockage.leg}"
-    return where if blockage.is_asked else f"{where} (not asked for)"
+    return where if blockage.is_asked else f"{where} (outside the required range)"

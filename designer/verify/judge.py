@@ -87,12 +87,12 @@ def _zone_problems(design: Design, upper: ViewVerdict, lower: ViewVerdict) -> li
         ("lower", design.views.lower, lower.zone_psi_deg, upper.zone_psi_deg),
     ):
         if (view.zone == "outer") != (zone[1] > other[1]):
-            problems.append(f"{name} view: its zone is called {view.zone}, but lies on the other side")
+            problems.append(f"{name} view: its zone is recorded as {view.zone}, but lies on the other side")
     topology = topology_named_by(design)
     traced = "upper_outer" if upper.zone_psi_deg[1] > lower.zone_psi_deg[1] else "upper_inner"
     if topology is not None and topology != traced:
         problems.append(
-            f"configuration {design.configuration} is {topology}, but the upper view takes "
+            f"configuration {design.configuration} is {topology}, but the upper view occupies "
             f"{in_degrees(upper.zone_psi_deg)} at the pinhole and the lower one {in_degrees(lower.zone_psi_deg)}"
         )
     return problems

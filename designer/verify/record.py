@@ -86,9 +86,9 @@ def _volume_problems(design: Design) -> list[str]:
     near, far = design.working_volume.distance_mm
     problems = []
     if not -90.0 < low < high < 90.0:
-        problems.append(f"working_volume.elevation_deg [{low:g}, {high:g}] is not a rising range within -90..90")
+        problems.append(f"working_volume.elevation_deg [{low:g}, {high:g}] is not an increasing range within -90..90")
     if not 0.0 < near < far:
-        problems.append(f"working_volume.distance_mm [{near:g}, {far:g}] is not a rising range above zero")
+        problems.append(f"working_volume.distance_mm [{near:g}, {far:g}] is not an increasing range above zero")
     return problems
 
 
@@ -108,7 +108,7 @@ def _range_problems(design: Design) -> list[str]:
     for name, view in design.views.by_name.items():
         low, high = view.elevation_deg
         if not -90.0 < low < high < 90.0:
-            problems.append(f"{name} view: elevation_deg [{low:g}, {high:g}] is not a rising range within -90..90")
+            problems.append(f"{name} view: elevation_deg [{low:g}, {high:g}] is not an increasing range within -90..90")
         elif needed and max(low - needed[name][0], needed[name][1] - high) > RANGE_TOLERANCE_DEG:
             wanted = needed[name]
             problems.append(
@@ -129,14 +129,14 @@ def _kind_problems(design: Design) -> list[str]:
 def _configuration_problems(design: Design) -> list[str]:
     named = _named(design)
     if named is None:
-        return [f"configuration {design.configuration!r} is none of the 44 (see `designer configurations`)"]
+        return [f"configuration {design.configuration!r} is not one of the 44 (see `designer configurations`)"]
     family = design.configuration.split("-")[0]
     problems = []
     for name, view in design.views.by_name.items():
         expected = _PATHS[family][name]
         if view.path != expected:
             problems.append(
-                f"configuration {design.configuration} has its {name} view by {', '.join(expected)}, "
+                f"configuration {design.configuration} forms its {name} view by {', '.join(expected)}, "
                 f"but the path is {', '.join(view.path)}"
             )
     for mirror in design.mirrors:
@@ -176,11 +176,9 @@ def _size_problems(design: Design) -> list[str]:
     height, diameter = _overall_size(design)
     problems = []
     if not abs(design.height_mm - height) <= SIZE_TOLERANCE_MM:
-        problems.append(
-            f"height_mm is {design.height_mm:.9g}, but from lens to top the mirrors measure {height:.9g} mm"
-        )
+        problems.append(f"height_mm is {design.height_mm:.9g}, but the height from lens to top is {height:.9g} mm")
     if not abs(design.diameter_mm - diameter) <= SIZE_TOLERANCE_MM:
-        problems.append(f"diameter_mm is {design.diameter_mm:.9g}, but the mirrors measure {diameter:.9g} mm across")
+        problems.append(f"diameter_mm is {design.diameter_mm:.9g}, but the mirrors are {diameter:.9g} mm in diameter")
     camera = design.camera
     half_diagonal = float(np.hypot(camera.width_px, camera.height_px)) / 2.0
     circle = camera.image_circle_radius_px

@@ -87,7 +87,7 @@ def as_traced(design: Design) -> tuple[Design, list[str]]:
     if upper.viewpoint_mm < lower.viewpoint_mm:
         said.append(
             f"views.upper has its viewpoint at {upper.viewpoint_mm:.9g} mm, below that of views.lower at "
-            f"{lower.viewpoint_mm:.9g} mm: taken the other way round"
+            f"{lower.viewpoint_mm:.9g} mm: the two views are interchanged"
         )
         upper, lower = lower, upper
     baseline = upper.viewpoint_mm - lower.viewpoint_mm
@@ -103,7 +103,7 @@ def as_traced(design: Design) -> tuple[Design, list[str]]:
     if zones != (upper.zone, lower.zone) and reached[0] != reached[1]:
         said.append(
             f"zone is recorded as {upper.zone} for the upper and {lower.zone} for the lower view, but the upper one "
-            f"takes the {zones[0]} and the lower one the {zones[1]} part of the image"
+            f"occupies the {zones[0]} and the lower one the {zones[1]} part of the image"
         )
         upper, lower = (
             view.model_copy(update={"zone": zone}) for view, zone in zip((upper, lower), zones, strict=True)
@@ -114,14 +114,14 @@ def as_traced(design: Design) -> tuple[Design, list[str]]:
 
 def _as_traced(view: View, key: str, traced: TracedView | None, said: list[str]) -> View:
     if traced is None:
-        said.append(f"{key}: its mirrors let no ray of the image through, so its recorded numbers cannot be compared")
+        said.append(f"{key}: its mirrors transmit no ray of the image, so its recorded values cannot be compared")
         return view
     update: dict[str, Any] = {}
     low, high = traced.crossings_mm
     if high - low > SPREAD_TOLERANCE_MM:
         said.append(
-            f"{key}: its rays cross the axis anywhere from {low:.6g} to {high:.6g} mm: there is no single viewpoint, "
-            "and numbers are those of its middle ray"
+            f"{key}: its rays cross the axis between {low:.6g} and {high:.6g} mm: there is no single viewpoint, and "
+            f"the values are those of its middle ray"
         )
     if abs(traced.viewpoint_mm - view.viewpoint_mm) > VIEWPOINT_TOLERANCE_MM:
         said.append(
@@ -130,10 +130,10 @@ def _as_traced(view: View, key: str, traced: TracedView | None, said: list[str])
         )
         update["viewpoint_mm"] = traced.viewpoint_mm
     if traced.sense != view.sense:
-        said.append(f"{key}.sense is recorded as {view.sense}, but its mirrors make it {traced.sense}")
+        said.append(f"{key}.sense is recorded as {view.sense}, but its mirrors give {traced.sense}")
         update["sense"] = traced.sense
     if abs(traced.gain - view.gain) > GAIN_TOLERANCE * abs(traced.gain):
-        said.append(f"{key}.gain is recorded as {view.gain:.9g}, but its mirrors make it {traced.gain:.9g}")
+        said.append(f"{key}.gain is recorded as {view.gain:.9g}, but its mirrors give {traced.gain:.9g}")
         update["gain"] = traced.gain
     return view.model_copy(update=update) if update else view
 

@@ -54,7 +54,7 @@ def test_the_44_as_table_json_and_csv() -> None:
 
 
 def test_json_or_csv_but_not_both() -> None:
-    assert refused("configurations", "--json", "--csv") == "designer: --json and --csv: give one of the two"
+    assert refused("configurations", "--json", "--csv") == "designer: --json and --csv: give only one of them"
 
 
 @pytest.mark.parametrize("folder", ["", "."])
@@ -69,7 +69,7 @@ def test_init_prints_a_command_that_a_shell_understands(asked: Path) -> None:
 def test_init_writes_a_valid_requirement_and_overwrites_nothing(asked: Path) -> None:
     assert read_requirement(asked).name == "my"
     asked.write_text("mine", encoding="utf-8")
-    assert "my.toml: exists already" in refused("init", asked)
+    assert "my.toml: already exists" in refused("init", asked)
     assert asked.read_text(encoding="utf-8") == "mine"
     assert "cannot be written" in refused("init", "absent/my.toml")
 
@@ -88,7 +88,7 @@ def test_a_study_goes_to_reports_and_ends_with_the_ranking(asked: Path, calls: C
     assert result.stderr.splitlines() == [
         "[1/2] direct-HyHy-upper_outer: infeasible (0 feasible so far, 2 s left)",
         "[2/2] folded-HyPl-Hy-upper_outer: feasible (1 feasible so far, 0 s left)",
-        "Checking the best design end to end, 10 to 30 s a design ...",
+        "Checking the best design end to end, 10 to 30 s per design ...",
         "[1/1] folded-HyPl-Hy-upper_outer: passes the end-to-end check (12 s)",
         "Typesetting study.pdf ...",
         "study.pdf: the fonts lack characters of title",
@@ -114,14 +114,14 @@ def test_a_ranking_of_several_says_how_it_was_made(asked: Path, calls: Calls) ->
     calls.designs += first.replace("folded-HyPl-Hy", "folded-HyHy-Hy").replace("0.0123", "0.0122") + "\n"
     lines = run("study", asked).stdout.splitlines()
     assert lines[4] == (
-        "ranks: by height where the least depth error a design reaches is within 1 % of the best of all, the others by "
-        "that depth error; shown after up to 1 % of it was given up for height"
+        "ranking: designs whose lowest depth error is within 1 % of the best are ranked by height, the others by depth "
+        "error; values are shown after trading up to 1 % of depth error for height"
     )
 
 
 def test_fabrication_notes_on_the_best_design_are_pointed_at(asked: Path, calls: Calls) -> None:
     calls.notes = ["a", "b"]
-    told = "before ordering the best design's mirrors, read the"
+    told = "before ordering mirrors for the best design, read the"
     assert f"{told} 2 fabrication notes (with the winner in study.pdf)" in run("study", asked).stdout.splitlines()
     calls.notes = ["a"]
     path = Path("reports/my/designs/folded-HyPl-Hy-upper_outer.json")
@@ -175,7 +175,7 @@ def test_only_takes_patterns(asked: Path, calls: Calls) -> None:
 
 def test_only_names_what_does_not_exist(asked: Path, calls: Calls) -> None:
     line = refused("study", asked, "--only", "folded-HyPl-Hy-upper_outr")
-    assert line.startswith("designer: --only: 'folded-HyPl-Hy-upper_outr' is none of the 44")
+    assert line.startswith("designer: --only: 'folded-HyPl-Hy-upper_outr' matches none of the 44 configurations")
     assert line.endswith("did you mean folded-HyPl-Hy-upper_outer?")
     assert not Path("reports").exists()
 

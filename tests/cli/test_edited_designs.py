@@ -74,7 +74,7 @@ def test_fabrication_notes_come_before_the_verdict(tmp_path: Path):
         record["mirrors"][1]["inner_radius_mm"] = 0.3
 
     note = json.loads(run("evaluate", narrow, tmp_path, "--json").stdout)["evaluation"]["fabrication_notes"][0]
-    assert "has a hole 0.60 mm wide (below 2 mm)" in note
+    assert "has a hole 0.60 mm in diameter (below 2 mm)" in note
     assert f"before ordering mirrors:\n  - {note}\n" in run("evaluate", narrow, tmp_path).stdout
 
 
@@ -83,16 +83,16 @@ def test_a_refusal_names_the_file(tmp_path: Path):
     assert result.exit_code == 2
     assert result.stderr.splitlines()[-1] == (
         f"designer: {tmp_path / 'design.json'}: mirrors.1.radius_mm = -1e-300: "
-        "must be zero or from 1e-15 to 1e+15 in size"
+        "must be zero or from 1e-15 to 1e+15 in magnitude"
     )
 
 
 @pytest.mark.parametrize(
     ("noise_px", "said", "unsaid"),
     [
-        (0.1, (), ("first order:", "Monte Carlo", "two thirds")),
-        (0.3, ("depth error, first order:", "with second order:"), ("neither holds",)),
-        (0.8, ("depth error, first order:", "neither holds at the worst points"), ()),
+        (0.1, (), ("first order:", "Monte Carlo", "68 %")),
+        (0.3, ("depth error, first order:", "with second order:"), ("neither is valid",)),
+        (0.8, ("depth error, first order:", "neither is valid at the worst points"), ()),
     ],
 )
 def test_what_first_order_does_not_say(noise_px: float, said: tuple[str, ...], unsaid: tuple[str, ...], tmp_path: Path):

@@ -113,7 +113,7 @@ def test_a_truncated_image_is_refused(captured, tmp_path, kept, ending):
     path.write_bytes(encoded.tobytes()[:kept])
     line = refused(captured / "design.json", path, out=tmp_path / "out")
     assert f"cut{ending}: " in line
-    assert "truncated" in line or "not an image" in line
+    assert "truncated" in line or "not a readable image" in line
 
 
 def test_a_damaged_png_is_refused(captured, tmp_path):
@@ -127,7 +127,7 @@ def test_what_cannot_be_used_is_refused_in_a_line(captured, tmp_path):
     design, raw, out = captured / "design.json", captured / "raw.png", tmp_path / "out"
     assert "cannot be read" in refused(design, tmp_path / "none.png", out=out)
     assert "cannot be read" in refused(tmp_path / "none.json", raw, out=out)
-    assert "not an image" in refused(design, design, out=out)
+    assert "not a readable image" in refused(design, design, out=out)
     cv2.imwrite(str(tmp_path / "small.png"), np.zeros((480, 640), np.uint8))
     assert "640 x 480 pixels, but the design's camera has 800 x 600" in refused(design, tmp_path / "small.png", out=out)
     record = json.loads(design.read_text())
@@ -141,7 +141,7 @@ def test_what_cannot_be_used_is_refused_in_a_line(captured, tmp_path):
     [
         (("--window", 8), "must be odd"),
         (("--distance-mm", 5000, 1000), "lower limit"),
-        (("--distance-mm", -5, 1000), "positive"),
+        (("--distance-mm", -5, 1000), "must be from 1 to 1e+09 mm"),
         (("--distance-mm", 1e300, 1e301), "from 1 to 1e+09 mm"),
         (("--elevation-deg", 80, 88), "no view sees any of it"),
         (("--columns", 90, "--elevation-deg", 0, 1), "panoramas 1 px high, less than the matching --window of 9"),

@@ -58,15 +58,15 @@ def test_a_needle_with_a_pinhole_is_hard_to_make() -> None:
     )
     (remark,) = fabrication_notes_on(needle)
     assert remark == (
-        "the primary mirror has a hole 0.45 mm wide (below 2 mm) and curves with a radius of 0.66 mm (below 1 mm), "
-        "hard to turn and to measure; a larger manufacture.smallest_mirror_radius_mm (its outer radius is 5.00 mm) "
-        "enlarges it"
+        "the primary mirror has a hole 0.45 mm in diameter (below 2 mm) and a radius of curvature of 0.66 mm "
+        "(below 1 mm), which is hard to turn and to measure; to enlarge the mirror, increase "
+        "manufacture.smallest_mirror_radius_mm (its outer radius is 5.00 mm)"
     )
     assert fabrication_notes_on(with_mirror(needle, "primary", radius_mm=-6.06, inner_radius_mm=1.0)) == []
     # Without a hole there is none to drill.
     (whole,) = fabrication_notes_on(with_mirror(needle, "primary", inner_radius_mm=0.0))
     assert "hole" not in whole
-    assert "radius of 0.61 mm" in whole
+    assert "radius of curvature of 0.61 mm" in whole
 
 
 def share_lost(design: Design) -> float:
@@ -91,10 +91,10 @@ def test_a_pupil_wider_than_margins_loses_light_and_one_stopped_down_as_told_doe
     assert design.camera.pupil_radius_mm == pytest.approx(12.0 / 5.6 / 2.0)
     assert share_lost(design) > 0.15
     remark = next(remark for remark in fabrication_notes_on(design) if "pupil" in remark)
-    assert "2.14 mm wide (f/5.6)" in remark
+    assert "2.14 mm in diameter (f/5.6)" in remark
     assert "manufacture.clearance_mm = 0.5 and manufacture.edge_margin_mm = 0.5" in remark
     assert "1.08 mm for each" in remark
-    assert "f/12, keeps" in remark
+    assert "f/12, avoids" in remark
     stopped = design.model_copy(update={"camera": design.camera.model_copy(update={"f_number": 12.0})})
     assert not [remark for remark in fabrication_notes_on(stopped) if "pupil" in remark]
     assert share_lost(stopped) < 0.02
@@ -104,7 +104,7 @@ def test_a_pupil_wider_than_margins_loses_light_and_one_stopped_down_as_told_doe
 def test_only_the_margin_that_falls_short_is_named(clearance: float, margin: float, named: str) -> None:
     remarks = fabrication_notes_on(indoor_winner(clearance_mm=clearance, edge_margin_mm=margin))
     (remark,) = (remark for remark in remarks if "pupil" in remark)
-    assert f"with manufacture.{named}_mm = 0.5 edges" in remark
+    assert f"with manufacture.{named}_mm = 0.5, edges" in remark
     assert "1.08 mm for it" in remark
     assert not [remark for remark in fabrication_notes_on(indoor_winner()) if "pupil" in remark]
 
@@ -117,7 +117,7 @@ def test_only_the_margin_that_falls_short_is_named(clearance: float, margin: flo
             "primary",
             "hyperboloid",
             -1.0413,
-            "-1.041, the bound that tells a hyperboloid from a paraboloid",
+            "-1.041, which separates a hyperboloid from a paraboloid",
             "PaPa",
         ),
         (
@@ -125,12 +125,12 @@ def test_only_the_margin_that_falls_short_is_named(clearance: float, margin: flo
             "primary",
             "ellipsoid",
             -0.9604,
-            "-0.9604, the bound that tells an ellipsoid from a paraboloid",
+            "-0.9604, which separates an ellipsoid from a paraboloid",
             "PaPa",
         ),
-        ("HyHy", "secondary", "hyperboloid", -400.0, "-400, the bound that tells a hyperboloid from a plane", "HyPl"),
-        ("HyPl", "primary", "hyperboloid", -400.0, "-400, the bound that tells a hyperboloid from a plane", ""),
-        ("ElPl", "primary", "ellipsoid", -0.0025, "-0.0025, the bound that tells an ellipsoid from a sphere", ""),
+        ("HyHy", "secondary", "hyperboloid", -400.0, "-400, which separates a hyperboloid from a plane", "HyPl"),
+        ("HyPl", "primary", "hyperboloid", -400.0, "-400, which separates a hyperboloid from a plane", ""),
+        ("ElPl", "primary", "ellipsoid", -0.0025, "-0.0025, which separates an ellipsoid from a sphere", ""),
     ],
 )
 def test_a_mirror_held_at_the_edge_of_its_kind_names_its_sibling(
@@ -141,7 +141,8 @@ def test_a_mirror_held_at_the_edge_of_its_kind_names_its_sibling(
     (remark,) = fabrication_notes_on(with_mirror(design, mirror, kind=kind, conic=conic, radius_mm=radius))
     towards = f", towards folded-{sibling}-Hy-upper_outer" if sibling else ""
     assert remark == (
-        f"the {mirror} mirror is held at conic constant {told}: the search would have gone on beyond it{towards}"
+        f"the {mirror} mirror is at the limit of its conic constant, {told}: the optimum lies beyond this limit"
+        f"{towards}"
     )
     assert (
         fabrication_notes_on(

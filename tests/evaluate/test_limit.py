@@ -148,7 +148,7 @@ def test_without_an_envelope_there_is_a_best_baseline():
 
 
 def test_no_room_is_an_error():
-    with pytest.raises(ValueError, match="no room"):
+    with pytest.raises(ValueError, match="leave no space for the inner zone"):
         least_limit_over(ARRANGEMENTS[0], ROBOT, (50.0, 100.0), (12.0, 12.0), ImageBounds(2.64, 2.6), NOISE_MM)
 
 

@@ -67,7 +67,7 @@ def test_an_ellipsoid_cannot_see_its_own_horizon(configuration, label, view):
     said = reason(shipped_requirement("indoor_robot"), variant)
     assert said is not None
     assert "an ellipsoid cannot see a range that contains its own horizon" in said
-    assert f"the {view} view must see" in said
+    assert f"the {view} view must cover" in said
     # In the near field the upper view looks down and the lower one up: neither range holds its horizon.
     assert reason(shipped_requirement("pipe_inspection"), variant) is None
 
@@ -108,7 +108,7 @@ def test_a_free_baseline_is_given_the_benefit_of_the_doubt():
 def test_a_gap_as_wide_as_the_image_leaves_no_room():
     requirement = set_key(shipped_requirement("indoor_robot"), "manufacture.zone_gap_px", 590)
     said = reason(requirement, variant_called("folded-HyPl-Hy-upper_outer"))
-    assert said == "the outer zone and the gap leave no room for the inner zone"
+    assert said == "the outer zone and the gap leave no space for the inner zone"
 
 
 def forbidden(by_plane: bool) -> list[tuple[str, Variant]]:
@@ -221,29 +221,29 @@ def test_random_search_does_find_what_is_possible():
         (
             "direct-HyHy-upper_outer",
             {"primary.radius_mm": -30.0},
-            "a primary mirror is given, and the configuration has none",
+            "a primary mirror is fixed, but this configuration has none",
         ),
-        ("folded-HyPl-Hy-upper_outer", {"secondary.radius_mm": 30.0}, "the given secondary mirror is curved"),
-        ("folded-HyPl-Hy-upper_outer", {"secondary.conic": -2.0}, "the given secondary mirror is curved"),
+        ("folded-HyPl-Hy-upper_outer", {"secondary.radius_mm": 30.0}, "the fixed secondary mirror is curved"),
+        ("folded-HyPl-Hy-upper_outer", {"secondary.conic": -2.0}, "the fixed secondary mirror is curved"),
         (
             "folded-HyPl-Hy-upper_outer",
             {"direct.conic": -0.5},
-            "is an? ellipsoid, and the configuration's is a hyperboloid",
+            "is an? ellipsoid, but in this configuration it is a hyperboloid",
         ),
         (
             "folded-ElPl-El-upper_outer",
             {"primary.conic": -1.5},
-            "is a hyperboloid, and the configuration's is a.? ellipsoid",
+            "is a hyperboloid, but in this configuration it is a.? ellipsoid",
         ),
         (
             "folded-PaPa-Hy-upper_outer",
             {"primary.conic": -1.2},
-            "is a hyperboloid, and the configuration's is a paraboloid",
+            "is a hyperboloid, but in this configuration it is a paraboloid",
         ),
         (
             "folded-HyPl-Hy-upper_outer",
             {"direct.conic": -1.0},
-            "is a paraboloid, and the configuration's is a hyperboloid",
+            "is a paraboloid, but in this configuration it is a hyperboloid",
         ),
     ],
 )
@@ -269,25 +269,53 @@ def test_what_may_belong_is_not_refused(configuration, fixed):
 @pytest.mark.parametrize(
     ("configuration", "fixed", "words"),
     [
-        ("folded-HyPl-Hy-upper_outer", {"direct.radius_mm": -40.0}, "radius of -40 mm.* hyperboloid is positive"),
-        ("folded-HyPl-El-upper_outer", {"direct.radius_mm": 40.0}, "radius of 40 mm.* ellipsoid is negative"),
-        ("folded-HyPl-Hy-upper_outer", {"primary.radius_mm": 20.0}, "radius of 20 mm.* hyperboloid is negative"),
-        ("folded-ElHy-Hy-upper_outer", {"primary.radius_mm": -20.0}, "radius of -20 mm.* ellipsoid is positive"),
-        ("folded-PlEl-Hy-upper_outer", {"secondary.radius_mm": 20.0}, "radius of 20 mm.* ellipsoid is negative"),
-        ("folded-PaPa-Hy-upper_outer", {"secondary.radius_mm": 20.0}, "radius of 20 mm.* paraboloid is negative"),
+        (
+            "folded-HyPl-Hy-upper_outer",
+            {"direct.radius_mm": -40.0},
+            "radius of -40 mm, but the hyperboloid .* needs a positive radius",
+        ),
+        (
+            "folded-HyPl-El-upper_outer",
+            {"direct.radius_mm": 40.0},
+            "radius of 40 mm, but the ellipsoid .* needs a negative radius",
+        ),
+        (
+            "folded-HyPl-Hy-upper_outer",
+            {"primary.radius_mm": 20.0},
+            "radius of 20 mm, but the hyperboloid .* needs a negative radius",
+        ),
+        (
+            "folded-ElHy-Hy-upper_outer",
+            {"primary.radius_mm": -20.0},
+            "radius of -20 mm, but the ellipsoid .* needs a positive radius",
+        ),
+        (
+            "folded-PlEl-Hy-upper_outer",
+            {"secondary.radius_mm": 20.0},
+            "radius of 20 mm, but the ellipsoid .* needs a negative radius",
+        ),
+        (
+            "folded-PaPa-Hy-upper_outer",
+            {"secondary.radius_mm": 20.0},
+            "radius of 20 mm, but the paraboloid .* needs a negative radius",
+        ),
         ("folded-HyPl-El-upper_outer", {"upper.gain": 0.1}, "gain of the upper view is 0.1, .* is negative"),
         ("folded-HyPl-El-upper_outer", {"lower.gain": -0.1}, "gain of the lower view is -0.1, .* is positive"),
-        ("direct-HyHy-upper_outer", {"lower.viewpoint_mm": -5.0}, "lower viewpoint lies below the pinhole"),
-        ("direct-HyHy-upper_outer", {"lower.gain": 1.5}, "one mirror alone gives less than 1"),
+        (
+            "direct-HyHy-upper_outer",
+            {"lower.viewpoint_mm": -5.0},
+            "lower viewpoint lies below the pinhole, but the mirror .* lies above it",
+        ),
+        ("direct-HyHy-upper_outer", {"lower.gain": 1.5}, "a single mirror gives less than 1"),
         (
             "direct-HyEl-upper_outer",
             {"upper.vertex_mm": 100.0, "upper.viewpoint_mm": 110.0},
-            "upper mirror would be a hyperboloid by vertex_mm with the view's viewpoint_mm, .* is an ellipsoid",
+            "upper mirror is a hyperboloid according to vertex_mm with the view's viewpoint_mm, .* is an ellipsoid",
         ),
         (
             "folded-HyPl-Hy-upper_outer",
             {"direct.vertex_mm": 100.0, "upper.viewpoint_mm": 90.0},
-            "direct mirror would be an ellipsoid by vertex_mm with the view's viewpoint_mm, .* is a hyperboloid",
+            "direct mirror is an ellipsoid according to vertex_mm with the view's viewpoint_mm, .* is a hyperboloid",
         ),
     ],
 )

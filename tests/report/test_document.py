@@ -75,7 +75,7 @@ def test_a_study_without_a_feasible_design_says_what_came_closest(tmp_path: Path
     path = write_sample_study(tmp_path / "none", designs=())
     study = read_study(path)
     text = source(study, {})
-    assert "What came closest" in text
+    assert "Limiting constraints" in text
     assert "diameter of the mirror system" in text
     assert "None of the 44" in text
     assert write_pdf(study, path).read_bytes().startswith(b"%PDF-")
@@ -92,7 +92,7 @@ def test_fabrication_notes_stand_on_the_design_s_page_and_the_verdict_points_the
     figures = {name: drawing.svg for name, drawing in drawn.items()}
     assert told.count('[#text("It is −2 mm [wide] #x.")]') == 3
     assert told.count("#fabrication-notes(") == 1
-    assert "Before its mirrors are ordered, the 3 fabrication notes on its page should be read" in told
+    assert "Before ordering its mirrors, read the 3 fabrication notes on its page" in told
     assert typeset(told, figures).startswith(b"%PDF-")
 
 
@@ -138,7 +138,7 @@ def test_nothing_is_printed_that_the_fonts_lack(title: str, description: str, sh
     text, note = legible_source(study, {})
     assert not missing_characters(text)
     key, kept = ("title", description) if shown == "none" else ("description", title)
-    assert f"lack characters of {key}:" in note
+    assert f"do not contain some characters of {key}:" in note
     assert note in text
     assert kept in text
     assert shown == "none" or shown in text
@@ -157,7 +157,7 @@ def test_where_the_fonts_have_everything_nothing_is_said(tmp_path: Path) -> None
     ("second_valid", "verdict_says", "page_says"),
     [
         ("True", "to second order it is 8.77 % (at worst 13.5 %)", "8.77 %, at worst 13.5 %"),
-        ("False", "beyond what first or second order can say", "off too: traced points count"),
+        ("False", "beyond the validity of both first and second order", "also invalid: use the traced points"),
     ],
 )
 def test_errors_beyond_first_order_are_flagged_everywhere(

@@ -205,7 +205,7 @@ MALFORMED = {
         "radius_mm = -12",
         "radius_mm = 0",
         "fixed.mirror.primary.radius_mm",
-        "leave it out for a plane",
+        "omit it for a plane",
     ),
     "fixed gain zero": ("gain = 0.05", "gain = 0", "fixed.view.upper.gain", "must not be 0"),
     "fixed viewpoints that are no baseline apart": (
@@ -218,13 +218,13 @@ MALFORMED = {
         "[fixed.mirror.primary]\nradius_mm = -12\nconic = -1.3\n\n[fixed.view.upper]\ngain = 0.05\n",
         "[fixed.mirror.direct]\nradius_mm = -12\nconic = -1.3\n",
         "fixed.mirror.direct.radius_mm = -12",
-        "must be above 0 for the hyperboloid",
+        "must be above 0 because conic = -1.3 makes the direct mirror a hyperboloid",
     ),
     "fixed primary curved the wrong way": (
         "[fixed.mirror.primary]\nradius_mm = -12\nconic = -1.3\n\n[fixed.view.upper]\ngain = 0.05\n",
         "[fixed.mirror.primary]\nradius_mm = 12\nconic = -1.3\n",
         "fixed.mirror.primary.radius_mm = 12",
-        "must be below 0 for the hyperboloid",
+        "must be below 0 because conic = -1.3 makes the primary mirror a hyperboloid",
     ),
     "fixed mirror below the pinhole": (
         "[fixed.mirror.primary]\nradius_mm = -12\nconic = -1.3\n\n[fixed.view.upper]\ngain = 0.05\n",
@@ -248,25 +248,25 @@ MALFORMED = {
         "[fixed.mirror.primary]\nradius_mm = -12\nconic = -1.3\n\n[fixed.view.upper]\ngain = 0.05\n",
         "[fixed.mirror.direct]\nconic = -1.3\n[fixed.view.upper]\ngain = 0.05\n",
         "fixed.mirror.direct",
-        "conic asks for a conic constant of -1.3, the view's gain for -1.2216066; leave one of them out",
+        "conic implies a conic constant of -1.3, but the view's gain one of -1.2216066; omit one of them",
     ),
     "fixed vertex and viewpoint against conic": (
         "[fixed.mirror.primary]\nradius_mm = -12\nconic = -1.3\n\n[fixed.view.upper]\ngain = 0.05\n",
         "[fixed.mirror.direct]\nconic = -1.3\nvertex_mm = 100\n[fixed.view.upper]\nviewpoint_mm = 120\n",
         "fixed.mirror.direct",
-        "leave one of them out",
+        "omit one of them",
     ),
     "fixed vertex and viewpoint of no mirror": (
         "[fixed.mirror.primary]\nradius_mm = -12\nconic = -1.3\n\n[fixed.view.upper]\ngain = 0.05\n",
         "[fixed.mirror.direct]\nvertex_mm = 50\n[fixed.view.upper]\nviewpoint_mm = 120\n",
         "fixed.mirror.direct",
-        "leave no mirror",
+        "no mirror with foci at the pinhole and at its viewpoint has these values",
     ),
     "fixed sphere round the pinhole": (
         "[fixed.mirror.primary]\nradius_mm = -12\nconic = -1.3\n\n[fixed.view.upper]\ngain = 0.05\n",
         "[fixed.mirror.direct]\nvertex_mm = 50\nradius_mm = -50\n",
         "fixed.mirror.direct",
-        "leave no mirror",
+        "no mirror with foci at the pinhole and at its viewpoint has these values",
     ),
     "fixed secondary without a focus at the pinhole": (
         "[fixed.mirror.primary]\nradius_mm = -12\nconic = -1.3\n\n[fixed.view.upper]\ngain = 0.05\n",
@@ -284,7 +284,7 @@ MALFORMED = {
         "[fixed.mirror.primary]\nradius_mm = -12\nconic = -1.3\n\n[fixed.view.upper]\ngain = 0.05\n",
         "[fixed.mirror.primary]\nconic = -1.3\n[fixed.mirror.lower]\nconic = -1.3\n",
         "fixed.mirror",
-        "none of the 44 configurations has these mirrors together: primary (hyperboloid), lower (hyperboloid)",
+        "none of the 44 configurations combines these mirrors: primary (hyperboloid), lower (hyperboloid)",
     ),
     "fixed paraboloid with a hyperboloid": (
         "[fixed.mirror.primary]\nradius_mm = -12\nconic = -1.3\n\n[fixed.view.upper]\ngain = 0.05\n",

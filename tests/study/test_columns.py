@@ -85,7 +85,7 @@ def test_numbers_that_are_none_are_left_out() -> None:
 def test_people_read_shares_as_percent_and_units_in_headings() -> None:
     assert [COLUMNS[name].heading for name in SCORE_COLUMNS] == [
         "depth error",
-        "of limit",
+        "limit ratio",
         "baseline mm",
         "height mm",
         "diameter mm",

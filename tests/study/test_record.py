@@ -36,5 +36,5 @@ def test_the_least_limit_of_a_catalogue_is_that_of_its_lenses_with_room():
     alone = least_limit_of(with_lenses(12.0), configuration)
     for lenses in ((12.0, 2.5), (2.5, 12.0)):
         assert least_limit_of(with_lenses(*lenses), configuration) == alone
-    with pytest.raises(ValueError, match="room for the inner zone"):
+    with pytest.raises(ValueError, match="leave no space for the inner zone"):
         least_limit_of(with_lenses(2.5, 2.5), configuration)

@@ -29,10 +29,13 @@ def test_only_what_matches_and_is_asked_stays(asked):
     assert every.configurations == asked.configurations
 
 
-MISSPELT = ("folded-PaPa-Hy-uper_inner", "is none of the 44 and matches none; did you mean folded-PaPa-Hy-upper_inner?")
+MISSPELT = (
+    "folded-PaPa-Hy-uper_inner",
+    "matches none of the 44 configurations; did you mean folded-PaPa-Hy-upper_inner?",
+)
 LEFT_OUT = (
     "direct-HyHy-*",
-    "matches only configurations that the requirement leaves out: solve.configurations = ['folded-*', 'direct-ElEl-*']",
+    "matches only configurations that the requirement excludes: solve.configurations = ['folded-*', 'direct-ElEl-*']",
 )
 
 

@@ -134,7 +134,7 @@ def test_a_swollen_lens_is_rejected():
     rejected(changed(design, camera={"lens_radius_mm": 9.0}), "primary", "lens barrel", "penetrate")
     tall = changed(design, camera={"lens_radius_mm": 8.5, "lens_front_mm": 30.0})
     rejected(tall, "lower view", "secondary to primary", "lens barrel")
-    rejected(changed(design, camera={"lens_radius_mm": 0.5}), "the lens barrel cuts into its own rays")
+    rejected(changed(design, camera={"lens_radius_mm": 0.5}), "the lens barrel cuts off the required rays")
 
 
 def test_a_swollen_body_stands_in_the_lower_view():
@@ -212,7 +212,7 @@ def test_a_rim_thinner_than_the_sampling_is_found():
             thickness_mm=0.0,
         ),
     )
-    rejected(Design.model_validate(record), "upper view", "pinhole to direct", "wire", "stands between the rays")
+    rejected(Design.model_validate(record), "upper view", "pinhole to direct", "wire", "lies between the rays")
 
 
 # --- the published design of Jaramillo (2016), typed in by hand ---

@@ -70,12 +70,13 @@ class ComparisonSummary(TypedDict):
 def definition_of_passing() -> str:
     """What a check demands, in words."""
     return (
-        f"passes if, in each of {BANDS} bands of distance with at least {FEWEST_PIXELS} pixels that both views see, of "
-        f"which there must be one: at least {100 * LEAST_TEXTURED:g} % of those pixels have texture; the median depth "
+        f"passes if at least one of the {BANDS} distance bands has {FEWEST_PIXELS} or more pixels seen by both views "
+        f"and, in each such band: at least {100 * LEAST_TEXTURED:g} % of those pixels have texture; the median depth "
         f"error is within {100 * LARGEST_BIAS:g} % of the distance or {LARGEST_BIAS_SIGMAS:g} of the predicted sigma, "
         f"whichever is larger; the robust RMS depth error ({NORMAL_PER_MAD:g} MAD) is {LEAST_ERROR_RATIO:g} to "
-        f"{LARGEST_ERROR_RATIO:g} times the prediction, its noise measured on another scene, a ring of textured "
-        f"walls, by elevation, distance and local contrast; and at least {100 * LEAST_KEPT:g} % of the textured "
+        f"{LARGEST_ERROR_RATIO:g} times the prediction, whose noise was measured on another scene, a ring of "
+        f"textured walls, by elevation, distance and local contrast; and at least {100 * LEAST_KEPT:g} % of the "
+        f"textured "
         "pixels are kept"
     )
 
@@ -137,7 +138,7 @@ def _lines(check: EndToEndCheck) -> list[str]:
         for outcome in MatchOutcome
         if outcome != MatchOutcome.KEPT and counts[outcome]
     ]
-    return [*lines, "", f"dropped: {', '.join(dropped) or 'none'}"]
+    return [*lines, "", f"rejected: {', '.join(dropped) or 'none'}"]
 
 
 def _verdict(check: EndToEndCheck) -> str:

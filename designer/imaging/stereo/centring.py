@@ -64,7 +64,7 @@ def find_centre(
     if max(matched) < LEAST_MATCHED:
         raise InputError(
             f"no centre found: at best {100 * max(matched):.1f} % of the panorama is matched within {reach_px:g} "
-            "pixels; give a better --center and --scale, or an image with texture all around"
+            "pixels; give a better --center and --scale, or an image with texture all round"
         )
     centre = grid[int(np.argmax(matched))]
     for _ in range(_MOST_STEPS):

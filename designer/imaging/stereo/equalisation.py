@@ -140,7 +140,7 @@ def build_equaliser(
     height, width = (grid.rows + 1) * finer_rows + 1, grid.columns * finer_columns
     if height * width > MOST_FINE_SAMPLES or max(height, width) > LARGEST_SIDE:
         raise InputError(
-            f"equalising the {view} view takes {width} x {height} samples; at most {MOST_FINE_SAMPLES / 1e6:g} million "
+            f"equalising the {view} view needs {width} x {height} samples; at most {MOST_FINE_SAMPLES / 1e6:g} million "
             f"and {LARGEST_SIDE} along a side: use --no-equalise, other --columns, or a narrower --elevation-deg"
         )
     rows, columns = np.arange(height) / finer_rows - 1.0, np.arange(width) / finer_columns

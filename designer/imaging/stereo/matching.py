@@ -165,7 +165,7 @@ def match(
     if grid.rows < options.window:
         raise InputError(
             f"--columns {grid.columns}: panoramas {grid.rows} px high, less than the matching --window of "
-            f"{options.window}: take more columns, or a wider --elevation-deg"
+            f"{options.window}: use more columns, or a wider --elevation-deg"
         )
     if options.level_brightness:
         upper, lower = _levelled(upper), _levelled(lower)

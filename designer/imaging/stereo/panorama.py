@@ -122,7 +122,7 @@ def panorama_grid(
     if rows * columns > MOST_PIXELS or max(rows, columns + 2 * AZIMUTH_PADDING) > LARGEST_SIDE:
         raise InputError(
             f"--columns {columns}: panoramas of {columns} x {rows} pixels; at most {MOST_PIXELS / 1e6:g} million and "
-            f"{LARGEST_SIDE} on a side: take fewer columns, or a narrower --elevation-deg"
+            f"{LARGEST_SIDE} on a side: use fewer columns, or a narrower --elevation-deg"
         )
     return PanoramaGrid(sampling, columns, rows, step, float(edges["upper"][1]), float(edges["lower"][1]))
 

@@ -95,9 +95,7 @@ def build_rig(
     tables = {view: look_up(grid, images[view], view) for view in VIEW_NAMES}
     imaged = (tables["upper"].imaged, tables["lower"].imaged)
     if not (imaged[0].any() or imaged[1].any()):
-        raise InputError(
-            "neither view's image falls on the sensor: --center, --scale and --elevation-deg must leave some of it"
-        )
+        raise InputError("neither view's image falls on the sensor: check --center, --scale and --elevation-deg")
     equalisers = None
     if equalise:
         inner = design.views.inner

@@ -13,13 +13,13 @@ from designer.study.row import Row
 def check_heading(definition: str) -> str:
     """Opens the section and says what passing means; without a definition, no design was checked to the end."""
     intro = (
-        "The image that each camera would record of a scene was rendered by ray tracing, with the noise of a detector, "
-        "turned into two panoramas of equalised resolution, matched, and triangulated; the distances are compared "
-        "with the truth and with the prediction."
+        "For each design the camera image of a scene was rendered by ray tracing, with detector noise, unwrapped "
+        "into two panoramas of equalised resolution, matched and triangulated; the distances are compared with "
+        "ground truth and their errors with the prediction."
     )
     if definition:
         intro += (
-            " Floor plans show the points of a slab of heights, measured from the middle of the baseline. A design "
+            " Floor plans show the points in a range of heights, measured from the middle of the baseline. A design "
             f"{definition}."
         )
     return f"#pagebreak(weak: true)\n= End-to-end check <check>\n#[#set text(size: 9pt)\n{text(intro)}]\n"

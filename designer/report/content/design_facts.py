@@ -14,7 +14,7 @@ Groups = list[tuple[str, list[tuple[str, str]]]]
 def design_groups(row: Row, design: Design) -> Groups:
     """Everything about one design, as groups of name and value."""
     performance, views = winner_groups(row, design)
-    return [performance, ("Size and making", _size_facts(row)), views]
+    return [performance, ("Size and manufacture", _size_facts(row)), views]
 
 
 def winner_groups(row: Row, design: Design) -> Groups:
@@ -59,8 +59,8 @@ def _performance_facts(row: Row) -> list[tuple[str, str]]:
         ("worst depth error", f"{worst} %"),
         ("to second order", _second_order_words(row)),
         ("limit ratio", number(row.number("limit_ratio"), 4)),
-        ("least limit of all", _least_limit_words(row)),
-        ("first stage alone", f"{first_stage} %, {height} mm tall, {diameter} mm wide"),
+        ("lowest limit", _least_limit_words(row)),
+        ("first stage only", f"{first_stage} %, {height} mm tall, {diameter} mm wide"),
     ]
     return [fact for fact in facts if not fact[1].startswith(DASH)]
 
@@ -80,7 +80,7 @@ def _second_order_words(row: Row) -> str:
     if not row.is_beyond_first_order:
         return DASH
     if row.is_beyond_second_order:
-        return "off too: traced points count"
+        return "also invalid: use the traced points"
     rms, worst = (percent(row.number(f"depth_error_{kind}_second_order")) for kind in ("rms", "worst"))
     return f"{rms} %, at worst {worst} %"
 

@@ -25,11 +25,12 @@ def legible_source(study: Study, drawings: Drawings) -> tuple[str, str]:
     if missing & set(study.title):
         shown = replace(study, requirement=study.requirement.model_copy(update={"title": study.name}))
     named = f" of {' and '.join(filter(None, (', '.join(keys[:-1]), keys[-1])))}" if keys else ""
-    instead = ["the study's name stands in place of the title"] if shown is not study else []
+    instead = ["the study's name replaces the title"] if shown is not study else []
     if keys != ["title"]:
-        instead.append(f"{ELLIPSIS} stands for such words")
+        instead.append(f"{ELLIPSIS} replaces the words concerned")
     note = (
-        f"The fonts of the report lack characters{named}: {', '.join(instead)}; requirement.toml has them as written."
+        f"The report fonts do not contain some characters{named}: {', '.join(instead)}; requirement.toml contains the "
+        f"original text."
     )
     return without_characters(source(shown, drawings, note), missing), note
 

@@ -99,8 +99,9 @@ def winner(study: Study, drawings: Drawings) -> str:
     name, panels = _file(WINNER_DRAWING, design), _design_panels(WINNER_PANEL, design)
     caption = (
         f"The winner, #name-of({literal(design.configuration)}), {text(_scale_words(drawings, name))} "
-        "Lengths in mm. Solid blue: the upper view (right); dashed red: the lower view (left); each at five elevations "
-        "of its asked range, the ends drawn thick. Dotted lines lead back to the effective viewpoints $F_u$ and $F_l$; "
+        "Lengths in mm. Solid blue: the upper view (right); dashed red: the lower view (left); each at five "
+        "elevations of its required range, the end rays drawn thick. Dotted lines extend the rays back to the "
+        "effective viewpoints $F_u$ and $F_l$; "
         "$O$ is the camera's pinhole, and the numbers are those of the prescription. Grey: substrates, lens and camera."
     )
     words = configuration_in_words(design.configuration)
@@ -130,10 +131,10 @@ def nothing_feasible(study: Study) -> str:
     if not any(row.text("closest_constraint") for row in infeasible):
         return ""
     lines = [
-        "= What came closest",
+        "= Limiting constraints",
         text(
-            "For each configuration without a feasible design: the constraint that came closest at the point of least "
-            "largest scaled violation, and by how much it is missed there."
+            "For each configuration without a feasible design: the limiting constraint at the point where the "
+            "largest scaled violation is smallest, and the amount by which it is violated there."
         ),
         closest(infeasible),
     ]
@@ -157,13 +158,13 @@ def ranking_section(study: Study) -> str:
     """All configurations with status and reason."""
     note = (
         "$sigma_D\\/D$ is the rms relative depth error over the working volume; the limit ratio compares it with the "
-        "least that any mirrors could reach at the design's own baseline and principal distance ($1.000$: proven "
+        "closed-form limit for any conic mirrors at the design's baseline and principal distance ($1.000$: proven "
         "optimal). $b$ baseline, $H$ height, $W$ diameter. Statuses are defined in @method."
     )
     if any(row.is_beyond_first_order for row in study.feasible):
         note += (
-            f" A star marks errors that exceed {FIRST_ORDER_WORDS} somewhere in the volume, where first order says too "
-            "little: @depth-error tells how much."
+            f" A star marks errors that exceed {FIRST_ORDER_WORDS} somewhere in the working volume, where first "
+            "order underestimates the error: see @depth-error."
         )
     opening = "#pagebreak(weak: true)\n" if study.feasible else ""
     return f"{opening}= Ranking of all configurations <ranking>\n{note}\n\n{ranking(study.rows)}"
@@ -194,12 +195,12 @@ def reading() -> str:
     """How to read the pages of the best designs."""
     return (
         "== The pages of the best designs <reading>\n"
-        "Drawings are read as in @winner. _Depth resolution_ shows where pairs of pixels of one epipolar plane put a "
-        f"point, in the manner of the paper's figure 6, on an image circle of {IMAGE_CIRCLE_PX} pixels across; the "
-        "grey outline is the working volume, the triangles are the viewpoints. _Depth error_: lines are first order at "
-        "the lowest, middle and highest elevation and their rms, circles the rms of noisy projections through the ray "
-        f"tracer; a dotted line at {FIRST_ORDER_WORDS} marks where first order ends, and is left out where the errors "
-        "stay far below it.\n"
+        "Drawings follow the conventions of @winner. _Depth resolution_ shows the points defined by pairs of pixels "
+        f"in one epipolar plane, as in the paper's figure 6, for an image circle {IMAGE_CIRCLE_PX} pixels in "
+        "diameter; the grey outline is the working volume, the triangles are the viewpoints. _Depth error_: lines "
+        "show the first-order error at the lowest, middle and highest elevation and its rms, circles the rms of a "
+        f"Monte Carlo simulation with the ray tracer; a dotted line at {FIRST_ORDER_WORDS} marks the limit of "
+        "validity of first order, and is omitted where the errors are far below it.\n"
     )
 
 

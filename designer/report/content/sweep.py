@@ -29,7 +29,10 @@ def legible(written: str) -> str:
     missing = missing_characters(written)
     if not missing:
         return written
-    note = f"The fonts of the report lack characters of the sweep's title or description: {ELLIPSIS} stands for them."
+    note = (
+        "The report fonts do not contain some characters of the sweep's title or description: "
+        f"{ELLIPSIS} replaces them."
+    )
     return without_characters(written, missing) + "\n" + text(f" {note}")
 
 
@@ -47,21 +50,22 @@ def source(folder: Path, tables: SweepTables) -> str:
         f'#text(size: 18pt, weight: "bold", {literal(definition["title"])})\n',
         text(definition["description"]) + "\n",
         _summary(tables.table, best, planned),
-        "= Who wins where\n",
+        "= Winning configurations\n",
         *_figures(WHO_WINS, tables),
         _winners_table(best, letters_of(best)),
-        "= How good the winner is\n",
+        "= Performance of the winners\n",
         *_figures(HOW_GOOD, tables),
-        "= Fronts over the whole sweep\n",
+        "= Pareto fronts over the whole sweep\n",
         *_figures(PARETO, tables),
         sensitivity_section(folder, best, base.objective.minimise),
-        "= Where it comes from\n",
+        "= Provenance\n",
         text(
             f"Designer {about['version of designer']}, base requirement {base.name}, plan "
             f"{definition['plan'].replace('_', ' ')}, seed {definition['seed']} of the plan and "
             f"{base.solve.seed} of the searches. Each point started from a neighbour's optimum along a fixed "
-            "tree; each feasible design was traced over the elevations asked of it. A design may have stayed in its "
-            "neighbour's optimum: before building one, run a study of its requirement, which searches from nothing."
+            "tree; each feasible design was traced over its required elevations. A design may have remained in its "
+            "neighbour's local optimum: before building one, run a study of its requirement, which searches from "
+            "scratch."
         ),
     ]
     return "\n".join(parts)
@@ -78,22 +82,23 @@ def _summary(table: pd.DataFrame, best: pd.DataFrame, planned: int) -> str:
     )
     bent = int((~best["first_order_valid"].astype(bool)).sum())
     beyond = (
-        f" Depth errors are first order; in {bent} of these requirements the winner's worst point is beyond "
-        f"{100 * FIRST_ORDER_BOUND:g} %, where that is too little."
+        f" Depth errors are first order; for {bent} of these requirements the winner's worst point exceeds "
+        f"{100 * FIRST_ORDER_BOUND:g} %, where first order underestimates the error."
         if bent
         else ""
     )
     unfinished = f" of {planned} planned" if solved < planned else ""
     return call(
         "boxed",
-        literal("In short"),
+        literal("Summary"),
         "["
         + text(
             f"{solved} requirements{unfinished}: {axes}. {len(table)} configuration problems: {statuses}. "
-            f"{len(best)} requirements have at least one feasible design. Different winners: "
-            f"{best['configuration'].nunique()}, most often {best['configuration'].value_counts().index[0]}. The least "
-            f"depth error of the sweep is {100 * least['depth_error_rms']:.3g} %, by {least['configuration']} "
-            f"{least['height_mm']:.0f} mm tall.{beyond}"
+            f"{len(best)} requirements have at least one feasible design. Number of different winning "
+            f"configurations: {best['configuration'].nunique()}; the most frequent is "
+            f"{best['configuration'].value_counts().index[0]}. The lowest depth error of the sweep is "
+            f"{100 * least['depth_error_rms']:.3g} % ({least['configuration']}, {least['height_mm']:.0f} mm "
+            f"tall).{beyond}"
         )
         + "]",
     )
@@ -118,9 +123,9 @@ def _winners_table(best: pd.DataFrame, letters: dict[str, str]) -> str:
         "ruled",
         columns="(auto, 1fr) + (auto,) * 5",
         align="(left, left) + (right,) * 5",
-        header="([], [configuration], [wins], [depth error (%)], [of limit], [height (mm)], [diameter (mm)],)",
+        header="([], [configuration], [wins], [depth error (%)], [limit ratio], [height (mm)], [diameter (mm)],)",
         rows=cells(rows),
-    ) + text("Medians over the requirements where each wins.")
+    ) + text("Medians over the requirements that each configuration wins.")
 
 
 def sensitivity_section(folder: Path, best: pd.DataFrame, goal: str) -> str:
@@ -145,11 +150,11 @@ def sensitivity_section(folder: Path, best: pd.DataFrame, goal: str) -> str:
     ]
     header = ", ".join(f"[#text({literal(short(key))})]" for key in keys)
     return (
-        "= What each requirement is worth\n"
+        "= Sensitivity to the requirement\n"
         + text(
-            f"Change of the least {objective}, in {unit}, for one more unit (mm, degree or pixel) of each key: the "
-            "Lagrange multipliers of the first stage, at winners spread over the sweep. They hold while the same "
-            "constraints hold the design. After the number of the point stands what was asked: "
+            f"Change of the minimum {objective}, in {unit}, per unit (mm, degree or pixel) of each key: the Lagrange "
+            f"multipliers of the first stage, at winners spread over the sweep. They apply as long as the same "
+            f"constraints are active. The number of the point is followed by its values of: "
             f"{', '.join(short(axis) for axis in axes)}."
         )
         + "\n"

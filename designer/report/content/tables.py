@@ -110,7 +110,7 @@ def closest(rows: Iterable[Row]) -> str:
         "ruled",
         columns="(auto, 1fr, auto, auto)",
         align="(left, left, right, left)",
-        header="([configuration], [constraint that came closest], [short by], [unit])",
+        header="([configuration], [limiting constraint], [violated by], [unit])",
         rows=cells(
             [
                 row.configuration,

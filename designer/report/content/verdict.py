@@ -25,10 +25,10 @@ def _in_words(configuration: Configuration) -> str:
     zone = configuration.zone_of("upper")
     if configuration.family == "direct":
         mirrors = f"{kinds['lower']} lower and {kinds['upper']} upper mirror, each seen directly"
-        return f"{mirrors}; the upper view takes the {zone} zone of the image"
+        return f"{mirrors}; the upper view occupies the {zone} zone of the image"
     return (
         f"{kinds['primary']} primary, folded by {kinds['secondary']} secondary, gives the lower view and "
-        f"{kinds['direct']} direct mirror the upper one, which takes the {zone} zone of the image"
+        f"{kinds['direct']} direct mirror the upper one, which occupies the {zone} zone of the image"
     )
 
 
@@ -59,9 +59,9 @@ def _counts(study: Study) -> str:
     ]
     listed = "; ".join(other for other in others if other)
     if len(study.rows) == 1:
-        return text("The one configuration studied is feasible, proven by ray tracing.")
+        return text("The only configuration studied is feasible, verified by ray tracing.")
     return text(
-        f"Of the {len(study.rows)} configurations {feasible} {_are(feasible)} feasible, proven by ray tracing"
+        f"Of the {len(study.rows)} configurations, {feasible} {_are(feasible)} feasible, verified by ray tracing"
         + (f"; {listed}." if listed else ".")
     )
 
@@ -76,9 +76,9 @@ def _winner(study: Study, winner: Row) -> str:
     sentence += f" at {noise} px of noise"
     sentence += f" (at worst {percent(worst)} %)" if worst is not None else ""
     if ratio is not None:
-        sentence += f", {number(ratio, 3)} times the least that any mirrors could reach at its baseline and topology"
+        sentence += f", {number(ratio, 3)} times the limit for any conic mirrors at its baseline and topology"
     if winner.least_limit is not None:
-        sentence += f" (at the best baseline and focal length allowed, {percent(winner.least_limit)} %)"
+        sentence += f" (the limit at the best allowed baseline and focal length is {percent(winner.least_limit)} %)"
     return f"The best is {_name(winner)}{text(sentence + '.' + _beyond_first_order(winner))}"
 
 
@@ -89,10 +89,10 @@ def _beyond_first_order(winner: Row) -> str:
     rms, worst = (winner.number(f"depth_error_{kind}_second_order") for kind in ("rms", "worst"))
     if winner.is_beyond_second_order or rms is None or worst is None:
         return (
-            " These are first order, and the worst points lie beyond what first or second order can say: there the "
-            "traced points of its page count."
+            " These are first-order values, and the worst points are beyond the validity of both first and second "
+            "order: there, use the traced points on its page."
         )
-    return f" First order says too little here: to second order it is {percent(rms)} % (at worst {percent(worst)} %)."
+    return f" First order underestimates it: to second order it is {percent(rms)} % (at worst {percent(worst)} %)."
 
 
 def _size(study: Study, winner: Row) -> str:
@@ -135,10 +135,10 @@ def _decided(study: Study) -> str:
     tied = sum(value <= best * (1 + within / 100) * (1 + 1e-9) for value in values)
     if tied > 1:
         return text(
-            f"Within {plain_number(within)} % of the least {GOALS[first].label} lie {tied} designs; among them "
-            f"{GOALS[then].label} decided."
+            f"{tied} designs are within {plain_number(within)} % of the lowest {GOALS[first].label}; they are ranked "
+            f"by {GOALS[then].label}."
         )
-    return text(f"No other design comes within {plain_number(within)} % of its {GOALS[first].label}: that decided.")
+    return text(f"No other design comes within {plain_number(within)} % of its {GOALS[first].label}.")
 
 
 def _first_objective(row: Row, objective: str) -> float | None:
@@ -152,11 +152,11 @@ def _checked(study: Study, winner: Row) -> str:
     """How the winner did as a sensor; empty if it was not checked."""
     checked, reason = study.checked.get(winner.configuration), study.unchecked.get(winner.configuration)
     if reason is not None:
-        return text(f"The winner could not be checked end to end as a sensor: {typographic(reason)}.")
+        return text(f"The winner could not be checked end to end: {typographic(reason)}.")
     if checked is None:
         return ""
     word = "passes" if checked.passed else "does not pass"
-    return f"{text(f'Tried as a sensor, the winner {word} the end-to-end check')} (@check)."
+    return f"{text(f'The winner {word} the end-to-end check')} (@check)."
 
 
 def _fabrication_notes(study: Study, winner: Row) -> str:
@@ -165,7 +165,7 @@ def _fabrication_notes(study: Study, winner: Row) -> str:
     if not count:
         return ""
     notes = "the fabrication note" if count == 1 else f"the {count} fabrication notes"
-    return f"{text(f'Before its mirrors are ordered, {notes} on its page should be read')} (@best)."
+    return f"{text(f'Before ordering its mirrors, read {notes} on its page')} (@best)."
 
 
 def _runners_up(study: Study) -> str:
@@ -186,17 +186,15 @@ def _runners_up(study: Study) -> str:
 def _nothing_feasible(study: Study) -> str:
     infeasible, impossible = study.with_status("infeasible"), study.with_status("impossible")
     failed = study.with_status("failed")
-    none = f"None of the {len(study.rows)} configurations" if len(study.rows) > 1 else "The one configuration studied"
-    sentence = f"{none} was {'not ' * (len(study.rows) == 1)}found feasible under this requirement. "
+    none = f"None of the {len(study.rows)} configurations" if len(study.rows) > 1 else "The only configuration studied"
+    sentence = f"{none} was {'not ' * (len(study.rows) == 1)}found to be feasible for this requirement. "
     sentence += f"{len(impossible)} {_are(len(impossible))} impossible by rule and for {len(infeasible)} the search "
     sentence += "found no feasible design" + (f"; {len(failed)} failed. " if failed else ". ")
     obstacles = Counter(row.text("closest_constraint") for row in infeasible if row.text("closest_constraint"))
     if obstacles:
         (obstacle, times), *_ = obstacles.most_common()
-        sentence += f"What stood in the way most often ({times} of {len(infeasible)}) is: {obstacle}. "
-        sentence += (
-            "The table below tells by how much each configuration fell short: relax the requirement there first."
-        )
+        sentence += f"The most frequent limiting constraint ({times} of {len(infeasible)}) is: {obstacle}. "
+        sentence += "The table below gives the violation for each configuration: relax the requirement there first."
     return text(sentence) + "\n"
 
 

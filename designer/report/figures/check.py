@@ -71,9 +71,9 @@ def draw_check_maps(checked: CheckedDesign, width_mm: float) -> Figure:
     strips = (
         ("upper panorama", _grey(checked.upper), upper, None),
         ("lower panorama", _grey(checked.lower), lower, None),
-        ("disparity (rows), black where dropped", *_disparity_picture(checked, upper)),
+        ("disparity (rows), black where rejected", *_disparity_picture(checked, upper)),
         (
-            "depth error in units of the prediction, grey where dropped, white where not judged",
+            "depth error in units of the prediction, grey where rejected, white where not assessed",
             *_error_picture(checked, upper),
         ),
     )

@@ -59,7 +59,7 @@ def draw_depth_error(design: Design, width_mm: float, height_mm: float) -> Figur
     axes.set_xscale("log")
     axes.set_yscale("log")
     if axes.get_ylim()[1] > 100 * FIRST_ORDER_BOUND / BOUND_IN_SIGHT:
-        axes.axhline(100 * FIRST_ORDER_BOUND, color=INK, linewidth=0.8, linestyle=":", label="first order ends")
+        axes.axhline(100 * FIRST_ORDER_BOUND, color=INK, linewidth=0.8, linestyle=":", label="first-order limit")
     plain = FuncFormatter(lambda value, _: f"{value:g}")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(plain)

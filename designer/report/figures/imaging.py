@@ -44,7 +44,7 @@ def draw_kernels(rig: StereoRig, raw: Image, width_mm: float) -> Figure:
         The rig does not equalise.
     """
     if rig.sigma_px is None:
-        raise ValueError("the rig samples bilinearly: there are no kernels to draw")
+        raise ValueError("the rig uses bilinear sampling: there are no kernels to draw")
     figure = draw_raw(raw, width_mm)
     (axes,) = figure.axes
     near, far = rig.design.working_volume.distance_mm

@@ -131,11 +131,11 @@ def _pareto_caption(column: str) -> Callable[[Study], str]:
     """The first Pareto plot says how to read both."""
 
     def caption(study: Study) -> str:
-        reading = "everything else as required."
+        reading = "with all other requirements unchanged."
         if column == "height_mm" or not _has_pareto(study, "height_mm"):
-            reading += " Each line ends at the smallest design found. Errors above twice the least lie off the plot."
+            reading += " Each line ends at the smallest design found. Errors above twice the minimum are not shown."
         word = column.removesuffix("_mm")
-        return f"The least depth error of the best designs as the {word} allowed shrinks, {reading}"
+        return f"Lowest depth error of the best designs as the allowed {word} shrinks, {reading}"
 
     return caption
 

@@ -97,8 +97,8 @@ SWEEP_FIGURES = (
         _winner_map,
         _always(
             "Best configuration of each requirement. Letters as in the table; the "
-            f"{len(NAMED_COLOURS)} that win most often are coloured, the rest grey. No cell, or a cross: nothing is "
-            "feasible."
+            f"{len(NAMED_COLOURS)} that win most often are coloured, the rest grey. An empty cell or a cross: no "
+            f"feasible design."
         ),
     ),
     SweepFigure(
@@ -111,9 +111,11 @@ SWEEP_FIGURES = (
         "limit-ratio",
         HOW_GOOD,
         _heat_map("limit_ratio", "depth error / limit"),
-        _always("Its ratio to the closed-form limit at its own baseline and lens."),
+        _always("Ratio of this depth error to the closed-form limit at the same baseline and lens."),
     ),
-    SweepFigure("height", HOW_GOOD, _heat_map("height_mm", "height of the winner (mm)"), _always("Its height.")),
+    SweepFigure(
+        "height", HOW_GOOD, _heat_map("height_mm", "height of the winner (mm)"), _always("Height of the best design.")
+    ),
     SweepFigure(
         "pareto",
         PARETO,
@@ -128,8 +130,8 @@ SWEEP_FIGURES = (
         PARETO,
         _parallel,
         lambda tables: (
-            f"The {len(tables.pareto)} designs that no other beats in depth error, height and diameter at once: what "
-            "was asked, and what came of it. Colours as in the map."
+            f"The {len(tables.pareto)} Pareto-optimal designs in depth error, height and diameter: requirement and "
+            f"result. Colours as in the map."
         ),
     ),
 )

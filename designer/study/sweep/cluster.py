@@ -41,7 +41,7 @@ class Cluster:
             if done.status == "finished":
                 future.set_result(done.result())
             else:
-                future.set_exception(error or OSError(f"the cluster gave up a task: {done.status}"))
+                future.set_exception(error or OSError(f"the cluster abandoned a task: {done.status}"))
 
         remote.add_done_callback(pass_on)
         return future
@@ -68,7 +68,7 @@ def cluster_workers(scheduler: str | None = None, workers: int | None = None) ->
             try:
                 client = Client(scheduler, timeout=CONNECT_SECONDS)
             except (OSError, ValueError) as error:
-                raise InputError(f"--scheduler {scheduler}: nothing answers there: {error}") from None
+                raise InputError(f"--scheduler {scheduler}: no response from this address: {error}") from None
             with client:
                 yield Cluster(client)
             return

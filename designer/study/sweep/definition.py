@@ -31,24 +31,24 @@ class Axis(Part):
     ]
     values: Annotated[
         tuple[float, ...],
-        Field(default=(), description="The values, rising. Either these, or low, high and count."),
+        Field(default=(), description="The values, in increasing order. Give either these, or low, high and count."),
     ]
     low: Annotated[float | None, Field(default=None, description="First value of a range, together with high.")]
     high: Annotated[float | None, Field(default=None, description="Last value of a range.")]
     count: Annotated[
         int | None,
-        Field(default=None, description="How many values from first to last; not given for a Latin hypercube."),
+        Field(default=None, description="Number of values from low to high; omit for a Latin hypercube."),
     ]
     spacing: Annotated[
         Literal["linear", "logarithmic"],
-        Field(default="linear", description="How the values of a range follow one another. Default: linear."),
+        Field(default="linear", description="Spacing of the values in a range. Default: linear."),
     ]
     start: Annotated[
         float | None,
         Field(
             default=None,
-            description="The value at which a grid is searched from nothing; the others start from their neighbours. "
-            "The loosest serves best: designs follow a requirement that tightens, and rarely one that loosens. "
+            description="The value at which a grid is searched from scratch; the others start from their neighbours. "
+            "Choose the loosest value: warm starts follow a requirement as it tightens, but rarely as it loosens. "
             "Default: the middle.",
         ),
     ]
@@ -60,7 +60,7 @@ class Axis(Part):
             refuse("must be an array of at least one number")
         numbers = tuple(_ANY_NUMBER.check(value) for value in values)
         if any(not first < second for first, second in pairwise(numbers)):  # type: ignore[operator]
-            refuse("must be numbers that rise, each once")
+            refuse("must be increasing numbers without repetition")
         return numbers
 
     @field_validator("low", "high", "start", mode="before")
@@ -87,7 +87,7 @@ class Axis(Part):
         if self.spacing == "logarithmic" and self.low <= 0.0:
             refuse("must be above zero for logarithmic spacing", "low", self.low)
         if self.count is None and self.start is not None:
-            refuse("belongs to a grid", "start", self.start)
+            refuse("applies only to a grid", "start", self.start)
         if self.count is not None:
             self._check_start(self.levels)
         return self
@@ -140,10 +140,10 @@ class Axis(Part):
 class SweepDefinition(Part):
     """A sweep as its file says it."""
 
-    name: Annotated[StrictStr, Field(description="Short name, used for folders. Default: the file's.")]
+    name: Annotated[StrictStr, Field(description="Short name, used for folders. Default: the file name.")]
     title: Annotated[StrictStr, Field(default_factory=lambda data: data.get("name", ""), description="Heading.")]
-    description: Annotated[StrictStr, Field(default="", description="What the sweep is to find out.")]
-    requirement: Annotated[StrictStr, Field(description="Path of the base requirement, seen from the sweep's file.")]
+    description: Annotated[StrictStr, Field(default="", description="Purpose of the sweep.")]
+    requirement: Annotated[StrictStr, Field(description="Path of the base requirement, relative to the sweep file.")]
     plan: Annotated[
         Literal["grid", "latin_hypercube"],
         Field(
@@ -152,9 +152,7 @@ class SweepDefinition(Part):
             "spread so that each axis is covered evenly. Default: grid.",
         ),
     ]
-    points: Annotated[
-        int | None, Field(default=None, description="How many points, for a Latin hypercube (only there).")
-    ]
+    points: Annotated[int | None, Field(default=None, description="Number of points, for a Latin hypercube only.")]
     seed: Annotated[int, Quantity(0, 2**32 - 1, whole=True), Field(default=0, description="Seed of the hypercube.")]
     axis: Annotated[tuple[Axis, ...], Field(description="The axes: one [[axis]] table for each.")]
 
@@ -173,7 +171,7 @@ class SweepDefinition(Part):
                 refuse("two axes have this key", "axis.key", key)
         if self.plan == "grid":
             if self.points is not None:
-                refuse("a grid has as many points as its axes give; leave it out", "points", self.points)
+                refuse("the axes determine the number of points of a grid; omit it", "points", self.points)
             for axis in self.axis:
                 if not axis.values and axis.count is None:
                     refuse("needs a count on a grid", "axis.key", axis.key)
@@ -182,7 +180,7 @@ class SweepDefinition(Part):
         elif self.points is None:
             refuse("is needed for a Latin hypercube", "points")
         elif any(axis.count is not None for axis in self.axis):
-            refuse("a Latin hypercube decides how many; leave it out", "axis.count")
+            refuse("the points of a Latin hypercube determine the number of values; omit it", "axis.count")
         return self
 
 
@@ -236,6 +234,6 @@ def _check_key(path: Path, base: Requirement, key: str) -> None:
             advice = f"; {nearest(part, tuple(value))}" if isinstance(value, dict) else ""
             raise InputError(f"{path}: axis.key = {key!r}: the requirement has no such key ({part}){advice}")
     if key.partition(".")[0] == "solve":
-        raise InputError(f"{path}: axis.key = {key!r}: says how the study is computed, not what is asked")
+        raise InputError(f"{path}: axis.key = {key!r}: controls the computation and is not part of the requirement")
     if isinstance(value, bool) or not isinstance(value, int | float | tuple):
         raise InputError(f"{path}: axis.key = {key!r}: not a numeric key")

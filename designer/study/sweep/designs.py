@@ -84,4 +84,4 @@ def _configuration(base: Requirement, name: str) -> Configuration:
     for configuration in base.configurations:
         if configuration.name == name:
             return configuration
-    raise InputError(f"{name!r} is no configuration of this sweep")
+    raise InputError(f"{name!r} is not a configuration of this sweep")

@@ -164,8 +164,8 @@ class _Sweep:
         if self.lost > MOST_LOST_WORKERS or not isinstance(self.workers, Processes):
             numbers = ", ".join(str(number) for number in sorted({number for number, _ in self.running.values()}))
             raise LostProcessesError(
-                f"processes died {self.lost} times, at last with these points under way: {numbers}; perhaps out of "
-                "memory. What is finished is kept: run it again, with fewer jobs, to go on"
+                f"worker processes died {self.lost} times, the last time at points {numbers}; perhaps they ran out "
+                f"of memory. Finished tasks are kept: to resume, run the same command with fewer jobs"
             ) from None
         for task in self.running.values():
             self.schedule.give_back(task)

@@ -99,7 +99,7 @@ class Store:
         try:
             self._create(about, points)
         except sqlite3.Error as error:
-            raise InputError(f"{self.path}: is no store of a sweep: {error}") from None
+            raise InputError(f"{self.path}: is not a sweep store: {error}") from None
 
     def _create(self, about: dict[str, str], points: tuple[Point, ...]) -> None:
         planned = [(point.number, point.parent, json.dumps(point.coordinates)) for point in points]
@@ -114,8 +114,8 @@ class Store:
             if not all(same.values()):
                 changed = " and ".join(key for key, is_same in same.items() if not is_same)
                 raise InputError(
-                    f"{self.path}: holds a sweep with another {changed}; "
-                    "give another folder with --out, or remove the file to start anew"
+                    f"{self.path}: contains a sweep with a different {changed}; choose another folder with --out, or "
+                    f"remove the file to start again"
                 )
             if known != about:
                 with self._writing():
@@ -138,8 +138,8 @@ class Store:
             if self.connection.in_transaction:
                 self.connection.rollback()
             raise StoreError(
-                f"{self.path}: cannot be written: {error}; what is finished is safe, and the same command goes on "
-                "from there"
+                f"{self.path}: cannot be written: {error}; finished tasks are kept, and the same command resumes the "
+                f"sweep"
             ) from None
         except BaseException:
             if self.connection.in_transaction:
@@ -207,7 +207,7 @@ def open_store(folder: Path) -> Iterator[Store]:
             connection = sqlite3.connect(path, isolation_level=None, timeout=30.0)
             connection.execute("SELECT COUNT(*) FROM sqlite_master")
         except sqlite3.DatabaseError as error:
-            raise InputError(f"{path}: is no store of a sweep: {error}") from None
+            raise InputError(f"{path}: is not a sweep store: {error}") from None
         try:
             yield Store(path, connection)
         finally:
@@ -236,6 +236,6 @@ def read_store(folder: Path) -> Iterator[sqlite3.Connection]:
             _see_as_this_version(connection)
         yield connection
     except sqlite3.DatabaseError as error:
-        raise InputError(f"{path}: is no store of a sweep: {error}") from None
+        raise InputError(f"{path}: is not a sweep store: {error}") from None
     finally:
         connection.close()

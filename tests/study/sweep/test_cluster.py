@@ -36,5 +36,8 @@ def test_address_where_nothing_answers_gets_one_line(monkeypatch):
     from designer.study.sweep import cluster
 
     monkeypatch.setattr(cluster, "CONNECT_SECONDS", 0.5)
-    with pytest.raises(InputError, match="nothing answers"), cluster.cluster_workers(scheduler="tcp://127.0.0.1:9"):
+    with (
+        pytest.raises(InputError, match="no response from this address"),
+        cluster.cluster_workers(scheduler="tcp://127.0.0.1:9"),
+    ):
         pass

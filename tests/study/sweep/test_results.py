@@ -170,7 +170,7 @@ def test_the_report_prints_nothing_its_fonts_lack_and_says_so(finished_folder, t
     shown = sweep_report.legible(sweep_report.source(folder, tables_of(table.table, table.winners)))
     assert "Sweep … of two" in shown
     assert "Größe, …" in shown
-    assert "fonts of the report lack" in shown
+    assert "report fonts do not contain some characters" in shown
     assert not missing_characters(shown)
     assert write_sweep_pdf(folder).read_bytes().startswith(b"%PDF")
 
@@ -179,7 +179,7 @@ def test_the_report_prints_nothing_its_fonts_lack_and_says_so(finished_folder, t
 def test_multipliers_are_shown_in_the_unit_of_the_first_objective(finished_folder, goal, words):
     best = api.read_sweep_folder(finished_folder).winners
     section = sweep_report.sensitivity_section(finished_folder, best, goal)
-    assert f"Change of the least {goal.replace('_', ' ')}, in {words}" in section
+    assert f"Change of the minimum {goal.replace('_', ' ')}, in {words}" in section
     assert "nan" not in section
 
 
@@ -196,7 +196,7 @@ def test_comparing_a_sweep_with_itself_finds_nothing(finished_folder):
     assert (same.winners["height_mm_change"] == 0).all()
     result = CliRunner().invoke(cli, ["compare", str(finished_folder), str(finished_folder)])
     assert result.exit_code == 0
-    assert "The same is asked of both." in result.output
+    assert "The requirements are identical." in result.output
 
 
 def test_comparing_says_what_changed(finished_folder, quick_sweep, tmp_path):
@@ -214,7 +214,7 @@ def test_comparing_says_what_changed(finished_folder, quick_sweep, tmp_path):
 
 
 def test_comparing_with_what_is_no_result_gets_one_line(finished_folder, tmp_path):
-    with pytest.raises(InputError, match="holds neither designs"):
+    with pytest.raises(InputError, match="contains neither designs"):
         compare(finished_folder, tmp_path)
 
 

@@ -64,7 +64,7 @@ def test_full_disk_gives_one_clear_line_and_leaves_the_store_whole(quick_sweep, 
 
     with monkeypatch.context() as patched:
         patched.setattr(sqlite3, "connect", connect_to_small_disk)
-        with pytest.raises(StoreError, match="disk is full; what is finished is safe"):
+        with pytest.raises(StoreError, match="disk is full; finished tasks are kept"):
             run_sweep(definition, base, tmp_path / "out")
     with connect(tmp_path / "out" / FILE_NAME) as connection:
         assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
@@ -104,7 +104,7 @@ def test_other_sweep_in_the_folder_is_refused(quick_sweep, tmp_path):
         run_sweep(definition, base, tmp_path / "out", progress=interrupt_after(1))
     quick_sweep.write_text(quick_sweep.read_text().replace("98", "97"))
     definition, base = read_sweep(quick_sweep)
-    with pytest.raises(InputError, match="another plan of points"):
+    with pytest.raises(InputError, match="a different plan of points"):
         run_sweep(definition, base, tmp_path / "out")
 
 
@@ -130,7 +130,7 @@ def test_a_database_of_something_else_is_refused_and_left_alone(quick_sweep, tmp
     with sqlite3.connect(tmp_path / "out" / FILE_NAME) as connection:
         connection.execute("CREATE TABLE photographs (name TEXT)")
     before = (tmp_path / "out" / FILE_NAME).read_bytes()
-    with pytest.raises(InputError, match="is no store of a sweep"):
+    with pytest.raises(InputError, match="is not a sweep store"):
         run_sweep(*read_sweep(quick_sweep), tmp_path / "out")
     assert (tmp_path / "out" / FILE_NAME).read_bytes() == before
 

@@ -67,7 +67,7 @@ def test_a_sweep_goes_to_reports_says_how_far_it_is_and_ends_with_the_winners(ti
     assert result.exit_code == 0
     assert "[2/2] requirements, 2 feasible designs, 0 s left" in result.stderr
     lines = result.stdout.splitlines()
-    assert lines[0] == "2 requirements; most often best:"
+    assert lines[0] == "2 requirements; most frequent winners:"
     assert lines[1].split() == ["2", "folded-PaPa-Hy-upper_outer"]
     assert lines[-1] == "reports/tiny/sweep.pdf"
     written = {each.name for each in Path("reports/tiny").iterdir()}
@@ -131,14 +131,14 @@ def test_a_cluster_gets_what_is_asked_and_does_the_work(words, asked, tiny, monk
     [("--jobs", 1, "--workers", 1), ("--jobs", 1, "--scheduler", "tcp://h:1"), ("--workers", 1, "--scheduler", "h:1")],
 )
 def test_one_place_to_work_at_a_time(words, tiny):
-    assert "give one of --jobs, --workers and --scheduler" in refused("sweep", tiny, *words)
+    assert "give only one of --jobs, --workers and --scheduler" in refused("sweep", tiny, *words)
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nowhere", "ftp://a:1", "tcp://127.0.0.1:99999", ""])
 def test_an_address_without_a_scheduler(address, tiny, monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr(cluster, "CONNECT_SECONDS", 0.5)
-    assert f"--scheduler {address}: nothing answers there" in refused("sweep", tiny, "--scheduler", address)
+    assert f"--scheduler {address}: no response from this address" in refused("sweep", tiny, "--scheduler", address)
 
 
 @pytest.mark.parametrize("words", [("--jobs", 0), ("--workers", 0), ("--jobs", "two"), ("--frobnicate",)])
@@ -168,10 +168,10 @@ def test_a_folder_that_cannot_be_written(tiny, tmp_path):
 def test_a_folder_with_another_sweep_or_a_broken_store(tiny, tmp_path):
     assert invoke("sweep", tiny, "--jobs", 1, "--no-pdf", "--quiet", "--out", "there").exit_code == 0
     (tmp_path / "tiny.toml").write_text(TINY.replace("98", "97"))
-    assert "holds a sweep with another plan of points;" in refused("sweep", tiny, "--jobs", 1, "--out", "there")
+    assert "contains a sweep with a different plan of points;" in refused("sweep", tiny, "--jobs", 1, "--out", "there")
     (tmp_path / "broken").mkdir()
     (tmp_path / "broken" / FILE_NAME).write_text("this is no database, but long enough to look like a file" * 20)
-    assert "is no store of a sweep" in refused("sweep", tiny, "--jobs", 1, "--out", "broken")
+    assert "is not a sweep store" in refused("sweep", tiny, "--jobs", 1, "--out", "broken")
 
 
 def test_another_name_is_the_same_sweep_and_its_report_is_called_by_it(tiny, tmp_path):
@@ -188,7 +188,7 @@ def test_another_name_is_the_same_sweep_and_its_report_is_called_by_it(tiny, tmp
         about = dict(store.execute("SELECT key, value FROM about"))
     assert json.loads(about["definition"])["title"] == "Other"
     base.write_text(base.read_text().replace("noise_px = 0.1 ", "noise_px = 0.2 "))
-    assert "holds a sweep with another requirement;" in refused("sweep", tiny, "--jobs", 1, "--out", "there")
+    assert "contains a sweep with a different requirement;" in refused("sweep", tiny, "--jobs", 1, "--out", "there")
 
 
 def test_a_full_disk_is_one_line(tiny, monkeypatch):
@@ -208,7 +208,7 @@ def test_nothing_feasible_is_a_table_without_a_report(tiny, tmp_path):
     result = invoke("sweep", tiny, "--jobs", 1)
     assert result.exit_code == 0
     assert "2 configuration problems: 2 infeasible" in result.stdout
-    assert "Nothing is feasible, so there is no report." in result.stdout
+    assert "No design is feasible, so there is no report." in result.stdout
     assert result.stdout.splitlines()[-1] == "reports/tiny/results.csv"
 
 
@@ -221,7 +221,7 @@ def test_comparing_prints_what_was_asked_who_won_and_the_scores(tiny, tmp_path):
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
     assert next(line for line in lines if line.startswith("noise_px")).split() == ["noise_px", "0.1", "0.2"]
-    assert "Winners: 0 of 2 are another configuration in B." in lines
+    assert "Winners: 0 of 2 have a different configuration in B." in lines
     first, second = (read_sweep_results(tmp_path / folder)["depth_error_rms"] for folder in "ab")
     median = 100 * (second - first).median()
     assert next(line for line in lines if line.startswith("depth error")).split()[2:4] == [f"{median:+.4g}", "%"]
@@ -229,8 +229,8 @@ def test_comparing_prints_what_was_asked_who_won_and_the_scores(tiny, tmp_path):
 
 def test_comparing_refuses_in_a_line(tiny, tmp_path):
     assert invoke("sweep", tiny, "--jobs", 1, "--no-pdf", "--quiet", "--out", "a").exit_code == 0
-    assert "absent: is no folder; give the folder of a study or of a sweep" in refused("compare", "a", "absent")
-    assert "tiny.toml: is no folder" in refused("compare", "tiny.toml", "a")
+    assert "absent: is not a folder; give the folder of a study or of a sweep" in refused("compare", "a", "absent")
+    assert "tiny.toml: is not a folder" in refused("compare", "tiny.toml", "a")
     (tmp_path / "other.toml").write_text(
         TINY.replace("baseline_mm", "envelope.height_mm").replace("98, 100", "138, 140")
     )
