@@ -10,6 +10,7 @@ import pytest
 from designer import api
 from support import ROOT
 from support.imaging_designs import coarse_prototype
+from support.shipped_problems import toml_with_coarse_pixels
 
 SMALLER_REQUIREMENT = '\n[solve]\nstarts = 2\nconfigurations = ["folded-PaPa-Hy-*"]\n'
 SMALLER_SWEEP = """
@@ -31,10 +32,7 @@ def small_checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with the requirements that the documentation names, made small."""
     shutil.copytree(ROOT / "configs", tmp_path / "configs")
     path = tmp_path / "configs/indoor_robot.toml"
-    text = path.read_text(encoding="utf-8")
-    for fine, coarse in (("1600", "800"), ("1200", "600"), ("0.0044", "0.0088")):
-        assert text.count(f"= {fine}\n") == 1
-        text = text.replace(f"= {fine}\n", f"= {coarse}\n")
+    text = toml_with_coarse_pixels(path.read_text(encoding="utf-8"))
     path.write_text(text + SMALLER_REQUIREMENT, encoding="utf-8")
     (tmp_path / "configs/sweeps/lens_and_baseline.toml").write_text(SMALLER_SWEEP, encoding="utf-8")
     monkeypatch.chdir(tmp_path)

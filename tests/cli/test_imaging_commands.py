@@ -9,7 +9,9 @@ import pytest
 from click.testing import CliRunner, Result
 
 from designer.cli import cli
+from designer.design import write_design
 from support import DATA
+from support.imaging_designs import coarse_prototype
 
 
 def run(*words: object) -> Result:
@@ -127,15 +129,17 @@ def test_check_refuses_in_a_line(coarse: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_check_prints_bands_definition_and_verdict() -> None:
-    result = run("check", DATA / "folded_hypl_hy.json")
+def test_check_prints_bands_definition_and_verdict(tmp_path: Path) -> None:
+    write_design(coarse_prototype(), tmp_path / "design.json")
+    result = run("check", tmp_path / "design.json")
     assert result.exit_code == 0, result.output
     assert "passes if, in each of 4 bands" in result.stdout
     assert result.stdout.splitlines()[-1] == "passed"
 
 
 @pytest.mark.slow
-def test_check_fails_with_exit_code_1_where_there_is_nothing_to_match() -> None:
-    result = run("check", DATA / "folded_hypl_hy.json", "--samples", 1, "--texture", "poor", "--json")
+def test_check_fails_with_exit_code_1_where_there_is_nothing_to_match(tmp_path: Path) -> None:
+    write_design(coarse_prototype(), tmp_path / "design.json")
+    result = run("check", tmp_path / "design.json", "--samples", 1, "--texture", "poor", "--json")
     assert result.exit_code == 1
     assert json.loads(result.stdout)["passed"] is False

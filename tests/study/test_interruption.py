@@ -17,7 +17,7 @@ import pytest
 
 from designer.design import read_design
 from support import CONFIGS
-from support.shipped_problems import SHIPPED
+from support.shipped_problems import SHIPPED, toml_with_coarse_pixels
 
 COMMAND = Path(sys.executable).with_name("designer")
 REQUIREMENT = CONFIGS / f"{SHIPPED[0]}.toml"
@@ -25,10 +25,10 @@ ONLY = ("folded-HyPl-Hy-upper_outer", "direct-HyHy-upper_inner")
 
 
 def start(folder: Path) -> subprocess.Popen[bytes]:
-    """A short study as a process group of its own."""
+    """A short study as a process group of its own: few starts, and a quarter of the pixels to render."""
     requirement = folder.parent / "short.toml"
     if not requirement.exists():
-        text = REQUIREMENT.read_text(encoding="utf-8")
+        text = toml_with_coarse_pixels(REQUIREMENT.read_text(encoding="utf-8"))
         requirement.write_text(f"{text}\n[solve]\nstarts = 2\n", encoding="utf-8")
     how = ("--no-pdf", "--quiet", "--jobs", "2", "--checks", "1")
     arguments = [COMMAND, "study", requirement, "--out", folder, *how, "--only", *ONLY]

@@ -46,6 +46,14 @@ def however_blurred(requirement: Requirement) -> Requirement:
     return set_key(set_key(requirement, "sharpness.max_blur_deg", math.inf), "camera.lens.focus_distance_mm", 100)
 
 
+def toml_with_coarse_pixels(text: str) -> str:
+    """The text of the indoor robot's requirement with pixels twice as large on the same sensor."""
+    for fine, coarse in (("1600", "800"), ("1200", "600"), ("0.0044", "0.0088")):
+        assert text.count(f"= {fine}\n") == 1
+        text = text.replace(f"= {fine}\n", f"= {coarse}\n")
+    return text
+
+
 def problem_of(requirement: Requirement, variant: Variant, fixed: tuple[tuple[str, float], ...] = ()) -> Problem:
     """The problem of one variant with the first lens, whether or not a rule calls it impossible."""
     lens = requirement.camera.lenses[0]

@@ -141,10 +141,10 @@ def test_two_processes_do_not_write_one_store(tmp_path):
 
 
 @pytest.mark.slow
-def test_killed_ten_times_and_resumed_equals_undisturbed(quick_sweep, tmp_path, undisturbed):
+def test_killed_again_and_again_and_resumed_equals_undisturbed(quick_sweep, tmp_path, undisturbed):
     moments = random.Random(5)
     arguments = [*COMMAND, str(quick_sweep), "--out", str(tmp_path / "out"), "--quiet", "--jobs", "2"]
-    for _ in range(10):
+    for _ in range(5):
         process = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         time.sleep(moments.uniform(0.5, 4.0))
         os.kill(process.pid, signal.SIGKILL)
