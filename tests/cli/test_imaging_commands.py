@@ -85,7 +85,11 @@ def test_a_check_through_the_lens_says_both(coarse: Path) -> None:
     assert set(content) == {"pinhole", "lens", "kept_of_pinhole", "passed"}
     assert result.exit_code == (0 if content["passed"] else 1)
     text = run(*words).stdout
-    assert text.index("through a pinhole") < text.index("through a lens of 12 mm") < text.index("points that both")
+    assert (
+        text.index("texture, through a pinhole")
+        < text.index("texture, through a lens of 12 mm")
+        < text.index("points that both")
+    )
     assert text.splitlines()[-1].startswith("geometry ")
 
 

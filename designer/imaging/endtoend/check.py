@@ -90,7 +90,7 @@ class EndToEndCheck:
     ``noise`` is that of an image point in each view, from the calibration scene. The arrays have the shape (columns,
     rows) of the upper panorama's scan lines: ``true_distance_mm`` (NaN where there is nothing), ``both_see`` (the
     pixels judged: in the working volume and seen by both views), ``predicted`` (sigma_D / D) and ``relative_error``
-    ((measured - true) / true, NaN where dropped).
+    ((measured - true) / true, NaN where dropped). ``lens`` is what recorded the images, None for a pinhole.
     """
 
     configuration: str
@@ -107,6 +107,7 @@ class EndToEndCheck:
     both_see: Mask
     predicted: Array
     relative_error: Array
+    lens: Lens | None = None
 
     @property
     def points(self) -> int:
@@ -120,7 +121,8 @@ class EndToEndCheck:
         return bool(judged) and not any(band.problems for band in judged)
 
     def _repr_html_(self) -> str:
-        title = f"{self.configuration}, scene {self.scene}: {'passed' if self.passed else 'FAILED'}"
+        through = "a pinhole" if self.lens is None else "the lens"
+        title = f"{self.configuration}, scene {self.scene}, through {through}: {'passed' if self.passed else 'FAILED'}"
         columns = ("distance (mm)", "pixels", "kept", "median error", "robust rms error", "predicted", "problems")
         rows = [
             (
@@ -168,6 +170,7 @@ def check_design(design: Design, options: CheckOptions = DEFAULT_OPTIONS) -> End
         both_see=both_see,
         predicted=predicted,
         relative_error=error,
+        lens=options.lens,
     )
 
 

@@ -88,16 +88,15 @@ def describe_check(check: EndToEndCheck) -> str:
 
 def describe_comparison(pinhole: EndToEndCheck, lens: EndToEndCheck) -> str:
     """A check through a pinhole and the same through the design's lens, in lines; the plainest words come last."""
-    camera = lens.rig.design.camera
     share = kept_of_pinhole(pinhole, lens)
     left = "nothing to compare" if share is None else f"{100 * share:.3g} %"
     return "\n".join(
         [
-            "through a pinhole, which proves the geometry:",
+            "the geometry:",
             *_lines(pinhole),
             _verdict(pinhole),
             "",
-            f"through {describe_lens(camera)}, light lost at mirrors and towards the rim, diffraction:",
+            "what the lens leaves of it, with blur, light lost at mirrors and towards the rim, and diffraction:",
             *_lines(lens),
             _verdict(lens),
             "",
@@ -117,8 +116,9 @@ def kept_of_pinhole(pinhole: EndToEndCheck, lens: EndToEndCheck) -> float | None
 
 def _lines(check: EndToEndCheck) -> list[str]:
     noise = check.noise.summary
+    through = "a pinhole" if check.lens is None else describe_lens(check.rig.design.camera)
     lines = [
-        f"{check.configuration}, scene {check.scene}, {check.texture} texture",
+        f"{check.configuration}, scene {check.scene}, {check.texture} texture, through {through}",
         f"noise of an image point, from the calibration scene: {noise['median']:.3f} px "
         f"({noise['least']:.3f} to {noise['largest']:.3f} over elevations and distances)",
         "",
