@@ -59,7 +59,7 @@ class Quantity:
         return {
             "number": f"{noun} {limits}{infinite}",
             "range": f"a range [low, high] of two numbers, low < high, {limits}",
-            "number or range": f"{noun} or a range [low, high], low < high, {limits}",
+            "number or range": f"{noun} or a range [low, high], low < high, {limits}{infinite}",
         }[self.shape]
 
     def check(self, value: object) -> float | tuple[float, float]:

@@ -20,8 +20,8 @@ class Sharpness(Part):
         Field(
             title="blur in the scene, at most",
             default=0.5,
-            description="Largest blur as an angle in the scene: finer detail is lost to matching. A design for the paper's "
-            "requirement keeps nine tenths of a pinhole's points at 0.5 degrees, and half at 1. Default: 0.5.",
+            description="Largest blur as an angle in the scene: finer detail is lost to matching. A design for the "
+            "paper's requirement keeps nine tenths of a pinhole's points at 0.5 degrees, and half at 1. Default: 0.5.",
         ),
     ]
     max_blur_px: Annotated[

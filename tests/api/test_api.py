@@ -154,7 +154,7 @@ def test_colours_of_an_image_are_drawn_as_they_are() -> None:
 
 
 def test_multipliers_say_what_a_taller_envelope_is_worth() -> None:
-    asked = api.requirement(ROOT / "configs/indoor_robot.toml", solve__starts=4)
+    asked = api.requirement(ROOT / "configs/indoor_robot.toml", solve__starts=4, sharpness__max_blur_deg=1.0)
     name = "folded-HyPl-Hy-upper_outer"
     slopes = api.multipliers(asked, name)
     assert slopes["envelope.height_mm"] <= 0.0

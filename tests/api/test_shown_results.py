@@ -46,7 +46,7 @@ def study_result() -> api.StudyResult:
     requirement = api.requirement(ROOT / "configs/indoor_robot.toml", title=HOSTILE)
     row = {
         "configuration": HOSTILE, "status": "feasible", "depth_error_rms": 0.0123456, "limit_ratio": np.nan,
-        "baseline_mm": 100.0, "height_mm": 120.0, "diameter_mm": 60.0, "reason": "not shown",
+        "baseline_mm": 100.0, "height_mm": 120.0, "diameter_mm": 60.0, "largest_blur_px": 4.0, "reason": "not shown",
     }  # fmt: skip
     return api.StudyResult(requirement, pd.DataFrame([row] * 44), {})
 

@@ -58,7 +58,13 @@ def _facts(part: Part) -> Facts:
 def _value(value: float | tuple[float, float] | str, unit: str) -> str:
     if isinstance(value, str):
         return value
-    return value_range(value, SYMBOLS.get(unit, unit)).replace(" °", "°").replace("∞ mm", "infinity")
+    return (
+        value_range(value, SYMBOLS.get(unit, unit))
+        .replace(" °", "°")
+        .replace("∞ mm", "infinity")
+        .replace("∞ px", "no limit")
+        .replace("∞°", "no limit")
+    )
 
 
 def _named(what: str, name: str) -> Facts:

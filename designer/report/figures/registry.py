@@ -88,7 +88,7 @@ def _cross_section_of_page(design: Design, width_mm: float, height_mm: float) ->
 
 def _trade(column: str) -> Callable[[Study, float, float], Drawing | None]:
     def draw(study: Study, width_mm: float, height_mm: float) -> Drawing | None:
-        if len(study.feasible) < 2:
+        if sum(row.number(column) is not None for row in study.feasible) < 2:
             return None
         plot = draw_trade(study.feasible, column, _allowed(study, column), width_mm, height_mm)
         return Drawing(svg_bytes(plot.figure), letters=plot.key)
@@ -102,7 +102,7 @@ def _pareto(column: str) -> Callable[[Study, float, float], Drawing | None]:
             return None
         # Below a short ranking both trade plots fit, and the Pareto fronts have a page; else one does, and the fronts
         # follow the other on the next page.
-        height_mm = height_mm if len(study.feasible) <= 6 else 68.0
+        height_mm = 62.0 if len(study.feasible) <= 6 else 68.0
         ranks = {row.configuration: row.rank or 0 for row in study.feasible}
         return Drawing(
             svg_bytes(draw_pareto_fronts(study.pareto, ranks, column, _allowed(study, column), width_mm, height_mm))
@@ -209,7 +209,7 @@ STUDY_FIGURES: tuple[ReportFigure[Study], ...] = (
     ReportFigure(
         "blur-winner",
         TRADE,
-        (165.0, 66.0),
+        (165.0, 50.0),
         _blur_of_winner,
         _always("Blur of the winner through its lens, as focused and stopped down: diameters, to first order."),
     ),

@@ -63,5 +63,5 @@ def test_a_sweep_that_version_0_1_began_is_not_gone_on_with(quick_sweep, finishe
     """The same requirement has other designs now."""
     folder = shutil.copytree(finished_folder, tmp_path / "out")
     as_version_0_1_left_it(folder)
-    with pytest.raises(InputError, match="another version of designer"):
+    with pytest.raises(InputError, match="different version of designer"):
         run_sweep(*read_sweep(quick_sweep), folder)
