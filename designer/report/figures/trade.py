@@ -66,6 +66,11 @@ def draw_trade(rows: Iterable[Row], swept: str, limit_mm: float | None, width_mm
                 zorder=3,
             )
     _finish(axes, swept, limit_mm, [error for _, error, _ in points])
+    if points:
+        least, most = min(size for size, _, _ in points), max(size for size, _, _ in points)
+        if most - least < 0.04 * most:
+            # Values held at one bound differ by solver noise only.
+            axes.set_xlim(0.9 * least, 1.1 * most)
     figure.legend(loc="outside upper center", ncols=3)
     key = _label_ranks(figure, axes, points, limit_mm)
     return TradePlot(figure, key)
