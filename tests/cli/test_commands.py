@@ -255,3 +255,11 @@ def test_a_file_that_is_no_design(command: str, content: bytes, message: str, tm
     line = refused(command, path)
     assert "design.json" in line
     assert message in line
+
+
+def test_the_help_names_every_scene_and_texture() -> None:
+    from designer.imaging.render.scenes.library import SCENE_NAMES
+    from designer.imaging.render.textures import TEXTURE_KINDS
+
+    shown = " ".join(run("render", "--help").stdout.split())
+    assert all(name in shown for name in (*SCENE_NAMES, *TEXTURE_KINDS))

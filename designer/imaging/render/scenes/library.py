@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal, get_args
 
 import numpy as np
 
@@ -26,8 +25,9 @@ from designer.imaging.render.scenes.sky import sky
 from designer.imaging.render.scenes.world import World
 from designer.imaging.render.textures import make_texture
 
-SceneName = Literal["office", "pipe", "hall", "sky", "cylinder"]
-SCENE_NAMES: tuple[SceneName, ...] = get_args(SceneName)
+SCENES: dict[str, Callable[[Volume], list[Thing]]] = {"office": office, "pipe": pipe, "hall": hall, "sky": sky}
+"""What stands in each scene that is drawn for a working volume; an entry here is a scene."""
+SCENE_NAMES = (*SCENES, "cylinder")
 MESH_SUFFIXES = (".obj", ".ply", ".stl", ".glb", ".gltf", ".off")
 
 # Below this far distance a sensor works in a pipe rather than in a room.
@@ -71,11 +71,11 @@ def build_world(
         return make_world(Path(scene).stem, [read_mesh(Path(scene), (0.0, 0.0, middle))], far, texture, seed)
     if scene == "cylinder":
         return make_world(scene, [round_wall(float(np.sqrt(near * far)), middle, far)], far, texture, seed)
-    if scene not in _DRAWN:
+    if scene not in SCENES:
         raise InputError(f"scene {scene!r}: must be one of auto, {', '.join(SCENE_NAMES)}, or a mesh file")
     volume, scale = volume_of(design, sensor_height_mm)
     # The nearest first: what they hide need not be looked for.
-    things = sorted(_DRAWN[scene](volume), key=_nearness)
+    things = sorted(SCENES[scene](volume), key=_nearness)
     world = make_world(scene, [_placed(thing.shape, scale, middle) for thing in things], far, texture, seed)
     if texture != "natural":
         return world
@@ -145,7 +145,7 @@ def round_wall(radius_mm: float, middle_mm: float, extent_mm: float) -> Cylinder
     return Cylinder((0.0, 0.0, middle_mm - reach), (0.0, 0.0, middle_mm + reach), radius_mm)
 
 
-def choose_scene(design: Design) -> SceneName:
+def choose_scene(design: Design) -> str:
     """The scene that fits a working volume: near field in a pipe, looking down a hall, up the sky, else an office."""
     low, high = design.working_volume.elevation_deg
     if design.working_volume.distance_mm[1] < NEAR_FIELD_MM:
@@ -155,9 +155,6 @@ def choose_scene(design: Design) -> SceneName:
     if (low + high) / 2.0 > 15.0:
         return "sky"
     return "office"
-
-
-_DRAWN: dict[str, Callable[[Volume], list[Thing]]] = {"office": office, "pipe": pipe, "hall": hall, "sky": sky}
 
 
 def _placed(shape: Shape, scale: float, middle: float) -> Shape:
