@@ -12,7 +12,7 @@ from support import ROOT
 from support.imaging_designs import coarse_prototype
 from support.shipped_problems import toml_with_coarse_pixels
 
-SMALLER_REQUIREMENT = '\n[solve]\nstarts = 2\nconfigurations = ["folded-PaPa-Hy-*"]\n'
+SMALLER_REQUIREMENT = '\n[solve]\nstarts = 2\nconfigurations = ["folded-HyHy-Hy-*"]\n'
 SMALLER_SWEEP = """
 requirement = "../indoor_robot.toml"
 [[axis]]
