@@ -77,4 +77,4 @@ def test_the_front_is_interactive() -> None:
     (figure,) = [data[PLOTLY] for data in shown_by(FOLDER / "sweep_and_front.ipynb") if PLOTLY in data]
     designs = figure["data"][0]["text"]
     assert len(figure["layout"]["sliders"][0]["steps"]) == len(designs) > 1
-    assert all("folded-PaPa-Hy" in text for text in designs)
+    assert all("folded-HyHy-Hy" in text for text in designs)

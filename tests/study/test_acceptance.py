@@ -18,7 +18,8 @@ from designer.study.task import solve_configuration
 from designer.trace.instrument import sag
 from designer.verify.judge import judge
 from designer.verify.montecarlo import depth_error_monte_carlo
-from support.shipped_problems import CONFIGURATIONS, SHIPPED, shipped_requirement
+from designer.verify.verdict import Verdict
+from support.shipped_problems import CONFIGURATIONS, SHIPPED, however_blurred, shipped_requirement
 
 NOISE_PX = 0.1
 # Enough for the standard error that is asked of every design below.
@@ -31,7 +32,7 @@ def test_a_configuration_is_feasible_somewhere_and_as_good_as_it_says(name):
     designs: dict[str, Design] = {}
     said = []
     for asked in SHIPPED:
-        result = solve_configuration(shipped_requirement(asked), CONFIGURATIONS[name])
+        result = solve_configuration(however_blurred(shipped_requirement(asked)), CONFIGURATIONS[name])
         assert result.status in {"feasible", "infeasible", "impossible"}, f"{asked}: {result.row.reason}"
         said.append(f"{asked}: {result.status} {result.row.reason}")
         if result.design is not None:
@@ -42,6 +43,57 @@ def test_a_configuration_is_feasible_somewhere_and_as_good_as_it_says(name):
         assert_noise_does_what_is_predicted(design, asked)
     for what, spoiled in spoiled_copies(next(iter(designs.values()))):
         assert not judge(spoiled).passed, what
+
+
+SHARP = (
+    ("indoor_robot", "folded-HyHy-Hy-upper_outer"),
+    ("pipe_inspection", "folded-ElPl-Hy-upper_inner"),
+    ("ceiling_watch", "folded-HyEl-El-upper_outer"),
+    ("sky_watch", "folded-ElPl-Hy-upper_inner"),
+)
+
+
+@pytest.mark.parametrize(("asked", "name"), SHARP)
+def test_a_winner_is_sharp_and_what_spoils_its_light_is_named(asked, name):
+    """By rays that fill the pupil, which know nothing of the closed form that the optimiser kept to."""
+    requirement = shipped_requirement(asked)
+    design = solve_configuration(requirement, CONFIGURATIONS[name]).design
+    assert design is not None
+    verdict = judge(design)
+    assert verdict.problems == ()
+    for light in verdict.light.values():
+        assert light.least_arriving > 0.995
+        assert np.max(light.blur_deg) < 1.05 * requirement.sharpness.max_blur_deg
+        assert light.mixed_in_zone == 0.0
+    camera = design.camera
+    near = camera.model_copy(update={"focus_distance_mm": 0.8 * camera.focus_distance_mm})
+    assert_named(design.model_copy(update={"camera": near}), "blur of")
+    wide = camera.model_copy(update={"f_number": camera.f_number / 4.0})
+    assert_named(design.model_copy(update={"camera": wide}), "blur of")
+    assert_named(first_rejected_with_a_cut_rim(design), "of the light arrives")
+
+
+def first_rejected_with_a_cut_rim(design: Design) -> Design:
+    """The rim of the direct mirror turned down until the tracer objects: light goes before chief rays do."""
+    mirror = design.mirrors[-1]
+    for step in range(1, 200):
+        spoilt = changed(design, mirror, outer_radius_mm=mirror.outer_radius_mm - 0.05 * step)
+        if of_light(judge(spoilt, whole_image=False)):
+            return spoilt
+    raise AssertionError("whatever is cut, the tracer passes it")
+
+
+def of_light(verdict: Verdict) -> tuple[str, ...]:
+    """The problems but for an overall size that a cut mirror contradicts."""
+    return tuple(problem for problem in verdict.problems if not problem.startswith(("height_mm", "diameter_mm")))
+
+
+def assert_named(design: Design, *words: str) -> None:
+    """The tracer rejects a design for the light of its full pupil, in these words and for nothing else."""
+    problems = of_light(judge(design))
+    assert all("full pupil" in problem for problem in problems), problems
+    for word in words:
+        assert any(word in problem for problem in problems), (word, problems)
 
 
 def assert_the_tracer_sees_everything(design: Design, where: str) -> None:
