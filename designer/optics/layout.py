@@ -21,8 +21,8 @@ from designer.optics.overall_size import OverallSize, Substrate, overall_size
 Point = tuple[Scalar, Scalar]
 """(R, z) in the meridional plane, R signed."""
 
-# The camera body reaches down without end; this much of it is enough for any light that comes from above it.
-BODY_DEPTH_MM = 100.0
+# The camera body reaches down without end; no mirror of any envelope stands below this much of it.
+BODY_DEPTH_MM = 10_000.0
 
 
 @dataclass(frozen=True, slots=True)

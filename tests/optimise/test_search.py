@@ -174,15 +174,20 @@ def test_another_seed_reaches_the_same_optimum():
 @pytest.mark.parametrize(
     ("name", "configuration", "least"),
     [
-        ("ceiling_watch", "folded-HyEl-Hy-upper_outer", 0.0301540),
-        ("sky_watch", "folded-HyPl-Hy-upper_outer", 0.0363200),
-        ("sky_watch", "folded-HyHy-El-upper_outer", 0.0443976),
+        ("ceiling_watch", "folded-HyEl-Hy-upper_outer", 0.0301786),
+        ("sky_watch", "folded-HyPl-Hy-upper_outer", 0.0365728),
+        ("sky_watch", "folded-HyHy-El-upper_outer", 0.0445817),
     ],
 )
 def test_no_seed_misses_the_optimum_where_there_are_several(name, configuration, least):
-    """Each has local optima 0.4 to 7 percent above the least, which differential evolution or 64 starts found."""
+    """Each has local optima 0.4 to 7 percent above the least, at an f-number at which light is almost without width.
+
+    For chief rays alone differential evolution or 64 starts found 0.0301540, 0.0363200 and 0.0443976: a little less.
+    """
+    requirement = set_key(however_blurred(shipped_requirement(name)), "camera.lens.focus_distance_mm", 150)
+    requirement = set_key(requirement, "camera.lens.f_number", 128)
     for seed in range(4):
-        result = found(set_key(shipped_requirement(name), "solve.seed", seed), configuration)
+        result = found(set_key(requirement, "solve.seed", seed), configuration)
         assert result.first.goals["depth_error"] == pytest.approx(least, rel=1e-3)
 
 

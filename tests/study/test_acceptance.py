@@ -125,10 +125,12 @@ def spoiled_copies(design: Design) -> Iterator[tuple[str, Design]]:
         if mirror.radius_mm is not None:
             yield f"conic of {mirror.name}", changed(design, mirror, conic=mirror.conic * 1.001)
             yield f"radius of {mirror.name}", changed(design, mirror, radius_mm=mirror.radius_mm * 1.001)
-        rim = mirror.outer_radius_mm - margin - 0.01
-        yield f"outer rim of {mirror.name} cut", changed(design, mirror, outer_radius_mm=rim)
-        if mirror.inner_radius_mm > 0.0:
-            hole = mirror.inner_radius_mm + margin + 0.01
+        # The margin, and the light's width: no wider than the pupil where it meets the mirrors of these designs.
+        cut = margin + 2.0 * design.camera.pupil_radius_mm
+        rim, hole = mirror.outer_radius_mm - cut, mirror.inner_radius_mm + cut
+        if rim > mirror.inner_radius_mm:
+            yield f"outer rim of {mirror.name} cut", changed(design, mirror, outer_radius_mm=rim)
+        if mirror.inner_radius_mm > 0.0 and hole < mirror.outer_radius_mm:
             yield f"hole of {mirror.name} bored", changed(design, mirror, inner_radius_mm=hole)
     yield "lens swollen", with_swollen_lens(design)
 
