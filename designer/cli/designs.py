@@ -44,7 +44,8 @@ def evaluate(design: Path, as_json: bool) -> None:
     from designer.design import read_design
 
     record = read_design(design)
-    from designer.evaluate.focus_table import describe_focus, focus_table
+    from designer.cli.focus import describe_focus
+    from designer.evaluate.focus_table import focus_table
     from designer.evaluate.score import evaluate_design
     from designer.verify.description import describe
     from designer.verify.judge import judge

@@ -29,6 +29,9 @@ from designer.optics.focus import (
 Array = NDArray[np.float64]
 
 ELEVATIONS = 33
+SHARP_BLUR_DEG = 0.5
+"""Up to this blur in the scene a design is called sharp: for the paper's requirement nine tenths of a pinhole's points
+are left (``designer check --lens``)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,46 +78,54 @@ class DesignFocus:
         """Largest blur of both views on the sensor, at the recorded focus."""
         return max(self.upper.largest_blur_px, self.lower.largest_blur_px)
 
+    @property
+    def largest_blur_deg(self) -> float:
+        """Largest blur of both views in the scene, at the recorded focus."""
+        return max(self.upper.largest_blur_deg, self.lower.largest_blur_deg)
+
 
 @dataclass(frozen=True, slots=True)
 class FocusScore:
     """Focus and blur of a design as its score holds them; distances from the pinhole, None for infinity.
 
     Blurs are the largest diameters of either view over its elevations and the distances of the working volume, on the
-    sensor and as an angle in the scene; None where a virtual image falls into the pinhole.
+    sensor and as an angle in the scene.
     """
 
     focus_distance_mm: float | None
     f_number: float
-    largest_blur_px: float | None
-    largest_blur_deg: float | None
-    largest_blur_px_of_views: Mapping[ViewName, float | None]
-    largest_blur_deg_of_views: Mapping[ViewName, float | None]
+    largest_blur_px: float
+    largest_blur_deg: float
+    largest_blur_px_of_views: Mapping[ViewName, float]
+    largest_blur_deg_of_views: Mapping[ViewName, float]
     best_focus_distance_mm: float | None
-    largest_blur_at_best_focus_px: float | None
+    largest_blur_at_best_focus_px: float
 
 
-def focus_score(design: Design) -> FocusScore:
-    """Focus and largest blurs of a design, to first order."""
-    with np.errstate(all="ignore"):
-        focus = focus_of_design(design)
-    views: dict[ViewName, ViewFocus] = {"upper": focus.upper, "lower": focus.lower}
-    on_sensor = {name: _finite(view.largest_blur_px) for name, view in views.items()}
-    in_scene = {name: _finite(view.largest_blur_deg) for name, view in views.items()}
-    return FocusScore(
-        focus_distance_mm=design.camera.focus_distance_mm,
-        f_number=design.camera.f_number,
-        largest_blur_px=_finite(focus.largest_blur_px),
-        largest_blur_deg=_finite(max(focus.upper.largest_blur_deg, focus.lower.largest_blur_deg)),
-        largest_blur_px_of_views=on_sensor,
-        largest_blur_deg_of_views=in_scene,
-        best_focus_distance_mm=1.0 / focus.best_reciprocal_focus if focus.best_reciprocal_focus > 0.0 else None,
-        largest_blur_at_best_focus_px=_finite(focus.best_largest_blur_px),
-    )
+def focus_score(design: Design) -> FocusScore | None:
+    """Focus and largest blurs of a design, to first order; None if its numbers yield none.
 
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+    That is a view of three or more mirrors, whose foci no record holds, or a design that is absurd.
+    """
+    try:
+        with np.errstate(all="ignore"):
+            focus = focus_of_design(design)
+            best = focus.best_reciprocal_focus
+            views: dict[ViewName, ViewFocus] = {"upper": focus.upper, "lower": focus.lower}
+            score = FocusScore(
+                focus_distance_mm=design.camera.focus_distance_mm,
+                f_number=design.camera.f_number,
+                largest_blur_px=focus.largest_blur_px,
+                largest_blur_deg=focus.largest_blur_deg,
+                largest_blur_px_of_views={name: view.largest_blur_px for name, view in views.items()},
+                largest_blur_deg_of_views={name: view.largest_blur_deg for name, view in views.items()},
+                best_focus_distance_mm=1.0 / best if best > 0.0 else None,
+                largest_blur_at_best_focus_px=focus.best_largest_blur_px,
+            )
+    except (ValueError, ArithmeticError):
+        return None
+    numbers = (score.largest_blur_px, score.largest_blur_deg, score.largest_blur_at_best_focus_px)
+    return score if all(map(math.isfinite, numbers)) else None
 
 
 def focus_of_design(design: Design, elevations: int = ELEVATIONS) -> DesignFocus:

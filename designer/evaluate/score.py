@@ -136,7 +136,7 @@ class Score:
     """
 
     depth: DepthScore
-    focus: FocusScore
+    focus: FocusScore | None
     quantisation: Quantisation
     points: tuple[PointScore, ...]
     resolution: Mapping[ViewName, tuple[AngularResolution, ...]]

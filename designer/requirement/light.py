@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from designer.requirement.part import Part
-from designer.requirement.quantity import Choice, Quantity
+from designer.requirement.quantity import Quantity
 
 
 class Light(Part):
@@ -20,7 +20,7 @@ class Light(Part):
             title="white gives",
             default=10_000.0,
             description="Electrons that a white surface gives a pixel at at_f_number, for the exposure time and the "
-            "illumination at hand. Other f-numbers collect as 1 / N^2, as far as the full well holds them. "
+            "illumination at hand. Other f-numbers collect as 1 / N^2. "
             "Default: 10000, a small sensor well exposed.",
         ),
     ]
@@ -54,15 +54,8 @@ class Light(Part):
 
 
 class Matching(Part):
-    """What is matched, and how: with the lens and the light it predicts the noise of an image point."""
+    """What is matched, by block matching: with the lens and the light it predicts the noise of an image point."""
 
-    matcher: Annotated[
-        str,
-        Choice(("sad", "semi_global")),
-        Field(
-            title="matcher", default="sad", description="Matcher, as designer stereo has it. Default: sad, the paper's."
-        ),
-    ]
     texture_contrast: Annotated[
         float,
         Quantity(1e-4, 1),

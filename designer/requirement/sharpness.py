@@ -7,6 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from designer.evaluate.focus import SHARP_BLUR_DEG
 from designer.requirement.part import Part
 from designer.requirement.quantity import Quantity
 
@@ -19,7 +20,7 @@ class Sharpness(Part):
         Quantity(0.01, 90, "degrees", may_be_infinite=True),
         Field(
             title="blur in the scene, at most",
-            default=0.5,
+            default=SHARP_BLUR_DEG,
             description="Largest blur as an angle in the scene: finer detail is lost to matching. A design for the "
             "paper's requirement keeps nine tenths of a pinhole's points at 0.5 degrees, and half at 1. Default: 0.5.",
         ),

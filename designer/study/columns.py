@@ -29,7 +29,7 @@ class FoundDesign:
 
     record: Design
     depth: DepthScore
-    focus: FocusScore
+    focus: FocusScore | None
     score: StudyScore | None = None
 
 
@@ -82,6 +82,10 @@ def _of_design(value: Callable[[FoundDesign], Value]) -> Callable[[Found], Value
 
 def _of_depth(value: Callable[[DepthScore], Value]) -> Callable[[Found], Value]:
     return _of_design(lambda design: value(design.depth))
+
+
+def _of_focus(value: Callable[[FocusScore], Value]) -> Callable[[Found], Value]:
+    return _of_design(lambda design: None if design.focus is None else value(design.focus))
 
 
 def _of_score(value: Callable[[StudyScore], Value]) -> Callable[[Found], Value]:
@@ -164,15 +168,15 @@ _FURTHER = (
     Column(
         "focus_distance_mm",
         float,
-        _of_design(lambda design: design.focus.focus_distance_mm),
+        _of_design(lambda design: design.record.camera.focus_distance_mm),
         "focused at",
         "mm",
     ),
-    Column("largest_blur_px", float, _of_design(lambda design: design.focus.largest_blur_px), "largest blur", "px"),
+    Column("largest_blur_px", float, _of_focus(lambda focus: focus.largest_blur_px), "largest blur", "px"),
     Column(
         "largest_blur_deg",
         float,
-        _of_design(lambda design: design.focus.largest_blur_deg),
+        _of_focus(lambda focus: focus.largest_blur_deg),
         "largest blur in the scene",
         "°",
     ),

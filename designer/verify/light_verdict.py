@@ -41,7 +41,8 @@ def _lost(asked: Sharpness, light: ViewLight) -> list[str]:
             by = str(light.stopped_by[place, distance])
             found.append(
                 f"{share:.0f} % of the light arrives at {light.elevations_deg[place]:.4g} deg "
-                f"(at least {asked.least_light_percent:g} % asked)" + (f"; most of the rest ends at {by}" if by else "")
+                f"(at least {asked.least_light_percent:g} % required)"
+                + (f"; most of the rest ends at {by}" if by else "")
             )
     return found
 
@@ -70,6 +71,6 @@ def _blurred(asked: Sharpness, light: ViewLight) -> list[str]:
             place, distance = np.unravel_index(int(np.argmax(np.nan_to_num(excess, nan=np.inf))), excess.shape)
             found.append(
                 f"blur of {blur[place, distance]:.3g} {unit} at {light.elevations_deg[place]:.4g} deg and "
-                f"{light.distances_mm[distance]:g} mm (at most {most:g} {unit} asked)"
+                f"{light.distances_mm[distance]:g} mm (at most {most:g} {unit} allowed)"
             )
     return found

@@ -235,7 +235,7 @@ def test_a_design_is_scored_and_traced() -> None:
     assert content["trace"]["passed"] is False
     assert content["focus"]["focus_distance_mm"] is None
     assert content["focus"]["best_focus_distance_mm"] == pytest.approx(190.3, abs=0.1)
-    assert f"up to {content['focus']['largest_blur_px']:.1f} px wide" in result.stdout
+    assert f"the blur is at most {content['focus']['largest_blur_px']:.1f} px" in result.stdout
 
 
 @pytest.mark.parametrize("command", ["trace", "evaluate"])

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from designer.cli.focus import describe_focus
 from designer.design import Design, read_design
-from designer.evaluate.focus_table import FocusTable, describe_focus, focus_table
+from designer.evaluate.focus_table import FocusTable, focus_table
+from designer.evaluate.score import evaluate_design
 from designer.trace.pencils import pencil_images
 from support import DATA
 from support.studied_designs import NAMES, studied_design
@@ -51,7 +53,7 @@ def test_traced_light_is_as_wide_as_said_where_sharpness_ends(name: str) -> None
         ends = [end for end in ends if end > design.diameter_mm]
         if ends:
             traced = traced_blur_px(design, row["view"], row["elevation_deg"], ends, focus) / px_per_deg
-            np.testing.assert_allclose(traced, table["tolerable_blur_deg"], rtol=1e-4)
+            np.testing.assert_allclose(traced, table["sharp_blur_deg"], rtol=1e-4)
 
 
 def test_lines_say_what_is_sharp_and_what_is_not() -> None:
@@ -71,4 +73,6 @@ def test_three_mirrors_in_a_view_have_no_table() -> None:
     design = read_design(PROTOTYPE)
     upper = design.views.upper.model_copy(update={"path": tuple(mirror.name for mirror in design.mirrors)})
     assert len(upper.path) > 2
-    assert focus_table(design.model_copy(update={"views": design.views.model_copy(update={"upper": upper})})) is None
+    three = design.model_copy(update={"views": design.views.model_copy(update={"upper": upper})})
+    assert focus_table(three) is None
+    assert evaluate_design(three).focus is None

@@ -46,6 +46,11 @@ def however_blurred(requirement: Requirement) -> Requirement:
     return set_key(set_key(requirement, "sharpness.max_blur_deg", math.inf), "camera.lens.focus_distance_mm", 100)
 
 
+def with_thin_light(requirement: Requirement) -> Requirement:
+    """The requirement with any blur allowed, and so small a stop that light is almost as thin as chief rays."""
+    return set_key(however_blurred(requirement), "camera.lens.f_number", 128)
+
+
 def toml_with_coarse_pixels(text: str) -> str:
     """The text of the indoor robot's requirement with pixels twice as large on the same sensor."""
     for fine, coarse in (("1600", "800"), ("1200", "600"), ("0.0044", "0.0088")):

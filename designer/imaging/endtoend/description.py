@@ -76,8 +76,7 @@ def definition_of_passing() -> str:
         f"whichever is larger; the robust RMS depth error ({NORMAL_PER_MAD:g} MAD) is {LEAST_ERROR_RATIO:g} to "
         f"{LARGEST_ERROR_RATIO:g} times the prediction, whose noise was measured on another scene, a ring of "
         f"textured walls, by elevation, distance and local contrast; and at least {100 * LEAST_KEPT:g} % of the "
-        f"textured "
-        "pixels are kept"
+        "textured pixels are kept"
     )
 
 
