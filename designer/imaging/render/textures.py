@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.files import InputError
+from designer.imaging.render.compiled import compiled_loops
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
@@ -40,6 +41,11 @@ class Octave:
     phases: Floats
     amplitude: float
     wave_number: float
+
+    def in_turns(self) -> tuple[Floats, Floats]:
+        """Waves and phases as parts of a full turn: (3, m) per mm, and (m,)."""
+        turn = np.float32(2.0 * np.pi)
+        return self.waves / turn, self.phases / turn
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,18 +107,27 @@ def texture_values(texture: Texture, coordinates: Array, footprint: Array) -> Fl
     ``footprint`` (n,) is the distance in mm between neighbouring samples on the surface: waves are seen through a
     Gaussian whose standard deviation is half of that, so what would alias is under one percent of its contrast.
     """
-    places = np.ascontiguousarray(coordinates.T, dtype=np.float32)
     squared = np.square(footprint, dtype=np.float32)
-    total = np.zeros(len(places), dtype=np.float32)
+    total = np.zeros(squared.size, dtype=np.float32)
+    loops = compiled_loops("compiled_waves")
+    places = None if loops else np.ascontiguousarray(coordinates.T, dtype=np.float32)
     for octave in texture.octaves:
         faded = np.exp(squared * np.float32(-(octave.wave_number**2) / 8.0))
-        seen = np.flatnonzero(faded > LEAST_CONTRAST_LEFT)
-        values = places[seen] @ octave.waves
-        values += octave.phases
-        np.cos(values, out=values)
-        # A product with ones: NumPy's own sum along short rows is several times slower.
-        total[seen] += np.float32(octave.amplitude) * faded[seen] * (values @ np.ones(values.shape[1], np.float32))
+        if loops:
+            loops.add_octave(coordinates, faded, LEAST_CONTRAST_LEFT, *octave.in_turns(), octave.amplitude, total)
+        elif places is not None:
+            _add_octave(places, faded, octave, total)
     return np.tanh(total, out=total)
+
+
+def _add_octave(places: Floats, faded: Floats, octave: Octave, total: Floats) -> None:
+    """Add the waves of an octave, of which ``faded`` (n,) is left, to ``total`` (n,) in places (n, 3)."""
+    seen = np.flatnonzero(faded > LEAST_CONTRAST_LEFT)
+    values = places[seen] @ octave.waves
+    values += octave.phases
+    np.cos(values, out=values)
+    # A product with ones: NumPy's own sum along short rows is several times slower.
+    total[seen] += np.float32(octave.amplitude) * faded[seen] * (values @ np.ones(values.shape[1], np.float32))
 
 
 def _even_headings(random: np.random.Generator) -> Array:

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from designer.imaging.render.compiled import compiled_loops
 from designer.imaging.render.scenes.materials import Finishes, brightness
 from designer.imaging.render.scenes.shapes import Coloured, Shape
 from designer.imaging.render.textures import Floats, Texture, texture_values
@@ -47,7 +49,7 @@ class World:
     that neighbours differ. ``turns`` (s, 3, 3) are orthogonal matrices that turn it for each shape: the texture
     coordinates of a place p, in the design's frame, are ``turns[s] @ p + offsets[s]``; without them nothing is turned.
     ``finishes`` are what shapes are made of, in place of tones and texture. ``background`` is the radiance where a
-    ray meets nothing.
+    ray meets nothing. ``numbers`` (s,) are the shapes for compiled loops, None for those that have none.
     """
 
     name: str
@@ -59,9 +61,12 @@ class World:
     turns: Array | None = None
     finishes: Finishes | None = None
     bounds: Bounds = field(init=False, repr=False, compare=False)
+    numbers: tuple[tuple[int, Array] | None, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bounds", _bounds(self.shapes))
+        loops = compiled_loops("scenes.compiled_shapes")
+        object.__setattr__(self, "numbers", tuple(loops and loops.as_numbers(shape) for shape in self.shapes))
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,25 +96,58 @@ def first_surfaces(world: World, points: Array, directions: Array) -> Hits:
     with np.errstate(divide="ignore"):
         slope = ahead[2] / level
     found, found_surface = np.full(count, np.inf), np.full(count, -1, dtype=np.intp)
-    # How far from its start, horizontally, a ray has been found to end.
-    ends = np.full(count, np.inf)
-    for index, rays, nearest, lowest, highest in _candidates(world.bounds, azimuth, starts):
-        may_meet = (slope[rays] >= lowest) & (slope[rays] <= highest) & (ends[rays] >= nearest)
-        chosen = np.flatnonzero(may_meet) + rays.start
-        if not chosen.size:
-            continue
-        # A slice takes no copy.
-        taken = rays if chosen.size == may_meet.size else chosen
-        reached = world.shapes[index].distances(starts[:, taken], ahead[:, taken])
-        nearer = np.flatnonzero(reached < found[taken])
-        met = chosen[nearer]
-        found[met], found_surface[met] = reached[nearer], index
-        ends[met] = found[met] * level[met]
+    loops = compiled_loops("scenes.compiled_shapes")
+    for run in _candidates(world.bounds, azimuth, starts):
+        numbers = world.numbers[run.surface]
+        if loops is None or numbers is None:
+            _meet_run(world.shapes[run.surface], run, starts, ahead, slope, level, found, found_surface)
+        else:
+            loops.meet_run(*numbers, *run, starts, ahead, slope, level, found, found_surface)
     distance, surface = np.empty(count), np.empty(count, dtype=np.intp)
     distance[order], surface[order] = found, found_surface
     places = points + np.where(surface >= 0, distance, np.nan) * directions
     turned = places if world.turns is None else np.einsum("nij,jn->in", world.turns[surface], places)
     return Hits(distance, surface, places, turned + world.offsets[surface].T, directions)
+
+
+class _Run(NamedTuple):
+    """Rays, from ``first`` to before ``last`` in order of azimuth, that head for a shape.
+
+    A meeting lies at least ``nearest`` mm from the start, horizontally, and a ray that meets the shape rises (over
+    horizontal distance) by at least ``lowest`` and at most ``highest``.
+    """
+
+    surface: int
+    first: int
+    last: int
+    nearest: float
+    lowest: float
+    highest: float
+
+
+def _meet_run(
+    shape: Shape,
+    run: _Run,
+    points: Array,
+    directions: Array,
+    slopes: Array,
+    levels: Array,
+    found: Array,
+    found_surface: Indices,
+) -> None:
+    """Enter a shape that is nearer than what was found into ``found`` and ``found_surface`` (n,), for a run of rays.
+
+    ``slopes`` (n,) are the rises of the rays (3, n), ``levels`` (n,) the horizontal parts of their directions.
+    """
+    rays = slice(run.first, run.last)
+    with np.errstate(invalid="ignore"):
+        is_hidden = found[rays] * levels[rays] < run.nearest
+    chosen = np.flatnonzero((slopes[rays] >= run.lowest) & (slopes[rays] <= run.highest) & ~is_hidden) + run.first
+    if not chosen.size:
+        return
+    reached = shape.distances(points[:, chosen], directions[:, chosen])
+    nearer = np.flatnonzero(reached < found[chosen])
+    found[chosen[nearer]], found_surface[chosen[nearer]] = reached[nearer], run.surface
 
 
 def _bounds(shapes: tuple[Shape, ...]) -> Bounds:
@@ -121,12 +159,11 @@ def _bounds(shapes: tuple[Shape, ...]) -> Bounds:
     return Bounds(away, azimuth, radii, heights[:, 0], heights[:, 1])
 
 
-def _candidates(bounds: Bounds, azimuth: Array, starts: Array) -> Iterator[tuple[int, slice, float, float, float]]:
-    """Shapes, and runs of rays of sorted azimuths (n,) that may meet them: those that head there.
+def _candidates(bounds: Bounds, azimuth: Array, starts: Array) -> Iterator[_Run]:
+    """For each shape the runs of rays of sorted azimuths (n,) that may meet it.
 
-    With each go the least horizontal distance of a meeting from the start, and the least and largest slope (rise over
-    horizontal distance) of a ray that meets the shape. A ray that starts at most ``off`` from the axis meets the disc
-    only if its azimuth differs from that of the centre by no more than asin((radius + off) / distance of the centre).
+    A ray that starts at most ``off`` from the axis meets the disc only if its azimuth differs from that of the centre
+    by no more than asin((radius + off) / distance of the centre).
     """
     if not azimuth.size:
         return
@@ -148,12 +185,12 @@ def _candidates(bounds: Bounds, azimuth: Array, starts: Array) -> Iterator[tuple
     last = np.searchsorted(azimuth, bounds.azimuth + half + turns, side="right")
     for index in range(len(bounds.away)):
         if half[index] > np.pi:
-            runs = [slice(0, azimuth.size)]
+            runs = [(0, azimuth.size)]
         else:
-            runs = [slice(int(first[turn, index]), int(last[turn, index])) for turn in range(3)]
-        for rays in runs:
-            if rays.stop > rays.start:
-                yield index, rays, nearest[index], lowest[index], highest[index]
+            runs = [(int(first[turn, index]), int(last[turn, index])) for turn in range(3)]
+        for start, end in runs:
+            if end > start:
+                yield _Run(index, start, end, nearest[index], lowest[index], highest[index])
 
 
 def radiance(world: World, hits: Hits, spread: Array) -> Floats:
