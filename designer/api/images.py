@@ -194,10 +194,10 @@ def reconstruct(
     return process(rig, _image_of(image, rig.design.camera), request)
 
 
-def check(design: Design, scene: str = "auto", seed: int = 0, *, aperture: bool = False) -> EndToEndCheck:
+def check(design: Design, scene: str = "auto", seed: int = 0, *, pinhole: bool = False) -> EndToEndCheck:
     """A design tried end to end: a scene rendered, turned into panoramas, matched, and compared with the truth.
 
-    Through a pinhole, which proves the geometry; with ``aperture`` through the design's own lens.
+    Through the design's own lens; with ``pinhole`` through a pinhole, which proves the geometry alone.
 
     Parameters
     ----------
@@ -205,13 +205,15 @@ def check(design: Design, scene: str = "auto", seed: int = 0, *, aperture: bool 
         office, pipe, hall, sky or cylinder, auto (by the working volume), or the path of a mesh.
     seed
         Of textures and noise.
-    aperture
-        Whether rays fill the pupil of the lens, as in :func:`render`.
+    pinhole
+        Whether rays pass a pinhole instead of filling the pupil of the lens.
     """
-    from designer.imaging.endtoend.check import CheckOptions, check_design, through_lens
+    from dataclasses import replace
+
+    from designer.imaging.endtoend.check import CheckOptions, check_design
 
     options = CheckOptions(scene=scene, seed=seed)
-    return check_design(design, through_lens(options) if aperture else options)
+    return check_design(design, replace(options, lens=None) if pinhole else options)
 
 
 def point_cloud(found: EndToEndCheck) -> PointCloud:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from designer.study.study import Study
 
 SHOWN_DESIGNS = 10
-SECONDS_OF_A_CHECK = "10 to 30 s"
+SECONDS_OF_A_CHECK = "15 to 60 s"
 
 
 class _WordsAfterOnly(click.Command):

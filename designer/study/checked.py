@@ -70,11 +70,18 @@ class CheckVerdict(_Part):
     configuration: str
     scene: str
     texture: str
+    recorded_through: str = "a pinhole"
+    kept_of_pinhole: float | None = None
     noise_px: CheckedNoise
     bands: tuple[CheckedBand, ...]
     definition: str
     passed: bool
     design_sha256: str
+
+    @property
+    def untested(self) -> tuple[CheckedBand, ...]:
+        """Bands that showed too little for a verdict."""
+        return tuple(band for band in self.bands if not band.judged)
 
 
 class _Unchecked(_Part):

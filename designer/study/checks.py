@@ -79,13 +79,13 @@ def check_designs(
 
 def _check_and_write(design: Design, folder: Path, seed: int) -> tuple[bool, float]:
     # Imported where it runs, so that a study without checks needs no imaging.
-    from designer.imaging.endtoend.check import CheckOptions, check_design
+    from designer.imaging.endtoend.check import CheckOptions, check_with_control
     from designer.imaging.endtoend.files import write_check
 
     started = time.perf_counter()
-    check = check_design(design, CheckOptions(seed=seed))
-    write_check(check, folder)
-    return check.passed, time.perf_counter() - started
+    checks = check_with_control(design, CheckOptions(seed=seed))
+    write_check(checks, folder)
+    return checks.lens.passed, time.perf_counter() - started
 
 
 def _write_unchecked(design: Design, problem: str, folder: Path) -> None:

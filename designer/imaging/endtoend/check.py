@@ -5,8 +5,10 @@ to the distances, elevations and contrasts of the scene under test by first orde
 of how that one was matched enters the prediction. The truth of a panorama pixel is what the traced ray through its
 place in the raw image meets.
 
-Through a pinhole the check proves the geometry. Through the design's lens it says what is left of that when light has
-width: blur takes texture away, in the calibration scene too, and with it matches.
+Through the design's lens the check says what the system will do: blur takes texture away, in the calibration scene
+too, and with it matches; mirrors and the rim of the lens take light. The panoramas are evened out by what they take,
+which is known: a folded view loses light at two mirrors, a direct one at one, and matched as they are the views would
+be unlike everywhere. Through a pinhole it proves the geometry alone.
 """
 
 from __future__ import annotations
@@ -41,7 +43,7 @@ class CheckOptions:
 
     ``scene`` and ``texture`` are those of :func:`designer.imaging.render.scenes.library.build_world`; ``samples`` is
     the number of rays along each side of a pixel, None for as many as are enough; ``seed`` is that of textures and
-    noise. ``lens`` is what the images are recorded through, both the calibration scene's and the one's under test,
+    noise. ``lens`` is what the images are recorded through, those of the calibration scene and of the scene under test,
     None for a pinhole. ``built`` is the system that records the images if it was not built as designed; it has the
     camera of the design.
     """
@@ -53,20 +55,11 @@ class CheckOptions:
     matching: MatchingOptions = ACCURATE_OPTIONS
     equalise: bool = True
     seed: int = 0
-    lens: Lens | None = None
+    lens: Lens | None = field(default_factory=Lens)
     built: Design | None = None
 
 
 DEFAULT_OPTIONS = CheckOptions()
-
-
-def through_lens(options: CheckOptions) -> CheckOptions:
-    """The same check through the design's lens, the panoramas levelled in brightness.
-
-    A folded view loses light at two mirrors, a direct one at one, and both towards the rim: matched as they are, the
-    views would be unlike everywhere.
-    """
-    return replace(options, lens=Lens(), matching=replace(options.matching, level_brightness=True))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,7 +100,7 @@ class EndToEndCheck:
     both_see: Mask
     predicted: Array
     relative_error: Array
-    lens: Lens | None = None
+    lens: Lens | None
 
     @property
     def points(self) -> int:
@@ -119,6 +112,11 @@ class EndToEndCheck:
         """Whether every band that can be judged passes, and there is one."""
         judged = [band for band in self.bands if band.is_judged]
         return bool(judged) and not any(band.problems for band in judged)
+
+    @property
+    def untested(self) -> tuple[Band, ...]:
+        """Bands in which too few pixels show a surface for a verdict."""
+        return tuple(band for band in self.bands if not band.is_judged)
 
     def _repr_html_(self) -> str:
         through = "a pinhole" if self.lens is None else "the lens"
@@ -146,7 +144,12 @@ def check_design(design: Design, options: CheckOptions = DEFAULT_OPTIONS) -> End
     """
     near, far = design.working_volume.distance_mm
     world = build_world(options.scene, design, options.texture, options.seed)
-    rig = build_rig(design, distances_mm=(SEARCH_NEARER * near, SEARCH_FARTHER * far), equalise=options.equalise)
+    rig = build_rig(
+        design,
+        distances_mm=(SEARCH_NEARER * near, SEARCH_FARTHER * far),
+        equalise=options.equalise,
+        mirror_reflectivity=options.lens.mirror_reflectivity if options.lens else None,
+    )
     recorded = record_both_scenes(rig, world, options)
     noise = calibrate_noise(rig, recorded.raw_of_walls, recorded.points_of_walls, options.matching)
     matches = match_image(rig, recorded.raw, options.matching)
@@ -172,6 +175,31 @@ def check_design(design: Design, options: CheckOptions = DEFAULT_OPTIONS) -> End
         relative_error=error,
         lens=options.lens,
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class CheckWithControl:
+    """The same check through the design's lens and through a pinhole, which shows what the lens costs."""
+
+    lens: EndToEndCheck
+    pinhole: EndToEndCheck
+
+    @property
+    def kept_of_pinhole(self) -> float | None:
+        """The points found through the lens as a share of those found through a pinhole; None if there are none."""
+        return self.lens.points / self.pinhole.points if self.pinhole.points else None
+
+
+def check_with_control(design: Design, options: CheckOptions = DEFAULT_OPTIONS) -> CheckWithControl:
+    """Check a design through its lens and through a pinhole.
+
+    Raises
+    ------
+    InputError
+        There is no such scene or texture.
+    """
+    lens = check_design(design, replace(options, lens=options.lens or Lens()))
+    return CheckWithControl(lens, check_design(design, replace(options, lens=None)))
 
 
 def record_both_scenes(rig: StereoRig, world: World, options: CheckOptions) -> Recording:

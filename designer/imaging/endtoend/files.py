@@ -14,7 +14,7 @@ import numpy as np
 
 from designer.design import Design
 from designer.files import write_atomically
-from designer.imaging.endtoend.check import EndToEndCheck
+from designer.imaging.endtoend.check import CheckWithControl
 from designer.imaging.endtoend.description import CheckSummary, summarise_check
 from designer.imaging.images import write_arrays, write_image
 
@@ -22,14 +22,19 @@ VERDICT = "check.json"
 
 
 class CheckFile(CheckSummary):
-    """What ``check.json`` holds: the check's numbers, whose design it was, and what became of the pixels (shares)."""
+    """What ``check.json`` holds: the check's numbers, whose design it was, and what became of the pixels (shares).
 
+    ``kept_of_pinhole`` is the number of points as a share of those found through a pinhole, None if there are none.
+    """
+
+    kept_of_pinhole: float | None
     design_sha256: str
     outcomes: dict[str, float]
 
 
-def write_check(check: EndToEndCheck, folder: Path) -> None:
-    """Write a check's folder."""
+def write_check(checks: CheckWithControl, folder: Path) -> None:
+    """Write the folder of a check through a lens; of the one through a pinhole only how many points it found counts."""
+    check = checks.lens
     folder.mkdir(parents=True, exist_ok=True)
     (folder / VERDICT).unlink(missing_ok=True)
     write_image(folder / "raw.png", check.raw)
@@ -53,6 +58,7 @@ def write_check(check: EndToEndCheck, folder: Path) -> None:
     )
     verdict: CheckFile = {
         **summarise_check(check),
+        "kept_of_pinhole": checks.kept_of_pinhole,
         "design_sha256": fingerprint(check.rig.design),
         "outcomes": check.matches.fractions,
     }

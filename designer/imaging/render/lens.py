@@ -16,6 +16,7 @@ from scipy import fft
 
 from designer.design import Camera
 from designer.imaging.render.textures import Floats
+from designer.optics.illumination import relative_illumination
 
 Array = NDArray[np.float64]
 
@@ -30,8 +31,7 @@ class Lens:
 
     ``wavelength_nm`` is that of diffraction, None for none. ``mirror_reflectivity`` counts once for each reflection:
     0.88 is bare aluminium in the visible. With ``has_natural_vignetting`` the light falls with the fourth power of
-    the cosine of the angle between ray and optical axis, as a flat pupil and a flat sensor have it (one cosine for
-    the pupil seen from aside, three for the solid angle that a pixel sees).
+    the cosine of the angle between ray and optical axis (:func:`designer.optics.illumination.relative_illumination`).
     """
 
     wavelength_nm: float | None = 550.0
@@ -43,10 +43,8 @@ class Lens:
 
         It is 1 for light along the optical axis that meets no mirror.
         """
-        share = np.power(self.mirror_reflectivity, reflections, dtype=np.float64)
-        if self.has_natural_vignetting:
-            share = share * np.square(np.square(directions[:, 2]))
-        return np.asarray(share, dtype=np.float32)
+        cosine = directions[:, 2] if self.has_natural_vignetting else np.ones(len(directions))
+        return np.asarray(relative_illumination(cosine, reflections, self.mirror_reflectivity), dtype=np.float32)
 
 
 # Rays along each side of a pixel that leave less noise than a full well of 10,000 electrons has through shot noise; a

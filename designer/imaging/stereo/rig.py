@@ -18,6 +18,7 @@ from designer.imaging.stereo.equalisation import (
     factors_of_rows,
     reference_sigma_px,
 )
+from designer.imaging.stereo.illumination import Floats, brightened, brightening
 from designer.imaging.stereo.matching import DEFAULT_OPTIONS, Matches, MatchingOptions, SearchRange, match, search_range
 from designer.imaging.stereo.panorama import (
     DEFAULT_COLUMNS,
@@ -42,7 +43,8 @@ class StereoRig:
     """Everything about a design that processing an image needs, built once by :func:`build_rig`.
 
     ``imaged`` is None where every sample of both panoramas is imaged, else which ones are, upper and lower.
-    ``equalisers`` is None for plain bilinear sampling; ``sigma_px`` is then None too.
+    ``equalisers`` is None for plain bilinear sampling; ``sigma_px`` is then None too. ``brightening`` holds a factor
+    for each row of both panoramas, (rows,); None leaves them as bright as they were recorded.
     """
 
     design: Design
@@ -53,6 +55,7 @@ class StereoRig:
     imaged: tuple[NDArray[np.bool_], NDArray[np.bool_]] | None
     equalisers: dict[ViewName, Equaliser] | None
     sigma_px: float | None
+    brightening: dict[ViewName, Floats] | None = None
 
 
 def build_rig(
@@ -65,6 +68,7 @@ def build_rig(
     equalise: bool = False,
     sigma_px: float | None = None,
     reference_distance_mm: float | None = None,
+    mirror_reflectivity: float | None = None,
 ) -> StereoRig:
     """Build the tables of a design.
 
@@ -82,6 +86,9 @@ def build_rig(
         The reference sigma (raw pixels) and the distance at which the two views are compared for equalisation. By
         default the least sigma without aliasing, and the middle of the working volume in disparity; infinity
         compares equal elevations, as the paper does.
+    mirror_reflectivity
+        Brighten the panoramas by what mirrors of this reflectivity and the rim of the lens take away; by default they
+        stay as bright as they were recorded.
 
     Raises
     ------
@@ -99,15 +106,23 @@ def build_rig(
     equalisers = None
     if equalise:
         inner = design.views.inner
-        factors = factors_of_rows(grid, images, inner, reference_distance_mm or 2.0 / (1.0 / near + 1.0 / far))
-        sigma_px = sigma_px or reference_sigma_px(grid, images, factors)
-        equalisers = {view: build_equaliser(grid, images[view], view, factors[view], sigma_px) for view in VIEW_NAMES}
+        widths = factors_of_rows(grid, images, inner, reference_distance_mm or 2.0 / (1.0 / near + 1.0 / far))
+        sigma_px = sigma_px or reference_sigma_px(grid, images, widths)
+        equalisers = {view: build_equaliser(grid, images[view], view, widths[view], sigma_px) for view in VIEW_NAMES}
     partly = None if imaged[0].all() and imaged[1].all() else imaged
-    return StereoRig(design, grid, images, tables, search, partly, equalisers, sigma_px if equalise else None)
+    factors = None if mirror_reflectivity is None else brightening(design, grid, images, mirror_reflectivity)
+    return StereoRig(design, grid, images, tables, search, partly, equalisers, sigma_px if equalise else None, factors)
 
 
 def sample(rig: StereoRig, raw: Image) -> dict[ViewName, Image]:
-    """Scan lines of both views of a grey or colour raw image, equalised if the rig is built so."""
+    """Scan lines of both views of a grey or colour raw image, equalised and brightened if the rig is built so."""
+    lines = _sample(rig, raw)
+    if rig.brightening is None:
+        return lines
+    return {view: brightened(lines[view], factors) for view, factors in rig.brightening.items()}
+
+
+def _sample(rig: StereoRig, raw: Image) -> dict[ViewName, Image]:
     if rig.equalisers is None:
         return {view: scan_lines(raw, table) for view, table in rig.tables.items()}
     equalisers = rig.equalisers

@@ -13,9 +13,10 @@ from designer.study.row import Row
 def check_heading(definition: str) -> str:
     """Opens the section and says what passing means; without a definition, no design was checked to the end."""
     intro = (
-        "For each design the camera image of a scene was rendered by ray tracing, with detector noise, unwrapped "
-        "into two panoramas of equalised resolution, matched and triangulated; the distances are compared with "
-        "ground truth and their errors with the prediction."
+        "For each design the camera image of a scene was rendered by ray tracing through the design's own lens, with "
+        "blur, diffraction, light lost at mirrors and towards the rim, and detector noise. It was unwrapped into two "
+        "panoramas of equalised resolution and even brightness, matched and triangulated; the distances are compared "
+        "with ground truth and their errors with the prediction."
     )
     if definition:
         intro += (
@@ -34,7 +35,8 @@ def unchecked_line(row: Row, reason: str) -> str:
 def check_page(row: Row, checked: CheckedDesign) -> str:
     """One page for one checked design."""
     configuration = row.configuration
-    word, colour = ("passes", 'rgb("#009E73")') if checked.passed else ("fails", 'rgb("#D55E00")')
+    passes = "passes where tested" if checked.verdict.untested else "passes"
+    word, colour = (passes, 'rgb("#009E73")') if checked.passed else ("fails", 'rgb("#D55E00")')
     lines = [
         f"== Rank {row.rank}: #name-of({literal(configuration)}) #h(1fr) #text(fill: {colour}, {literal(word)})",
         text(_summary(checked.verdict)),
@@ -53,10 +55,15 @@ def check_page(row: Row, checked: CheckedDesign) -> str:
 def _summary(verdict: CheckVerdict) -> str:
     judged = sum(band.judged for band in verdict.bands)
     passed = sum(band.passes for band in verdict.bands)
-    return (
-        f"{passed} of {judged} bands of distance. Scene: {verdict.scene}, {verdict.texture} texture. "
-        f"Noise of an image point in each view, measured on the calibration scene: {_noise(verdict.noise_px)}."
-    )
+    share = verdict.kept_of_pinhole
+    untested = ", ".join("{:.4g} to {:.4g} mm".format(*band.distance_mm) for band in verdict.untested)
+    sentences = [
+        f"Passes in {passed} of {judged} bands of distance{f'; not tested: {untested}' if untested else ''}.",
+        f"Scene: {verdict.scene}, {verdict.texture} texture, through {verdict.recorded_through}.",
+        "" if share is None else f"Points found, relative to those through a pinhole: {percent(share, 1)} %.",
+        f"Noise of an image point in each view, measured on the calibration scene: {_noise(verdict.noise_px)}.",
+    ]
+    return " ".join(sentence for sentence in sentences if sentence)
 
 
 def _grid(first: str, gutter: str, panels: list[str]) -> list[str]:

@@ -156,7 +156,10 @@ def _checked(study: Study, winner: Row) -> str:
     if checked is None:
         return ""
     word = "passes" if checked.passed else "does not pass"
-    return f"{text(f'The winner {word} the end-to-end check')} (@check)."
+    through = checked.verdict.recorded_through
+    share = checked.verdict.kept_of_pinhole
+    kept = "" if share is None else f", with {percent(share, 1)} % of the points that a pinhole would give"
+    return f"{text(f'The winner {word} the end-to-end check through {through}{kept}')} (@check)."
 
 
 def _fabrication_notes(study: Study, winner: Row) -> str:

@@ -1,0 +1,45 @@
+"""Views of unequal brightness, evened out by what is known of the light.
+
+A folded view loses light at two mirrors, a direct one at one, and both towards the rim of the lens. The loss depends
+on the view and the elevation alone, so each row of a panorama is brightened by one factor; the row that has most light
+keeps its brightness, and so nothing that the camera recorded is cut off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from designer.design import VIEW_NAMES, Design, ViewName
+from designer.imaging.images import Image
+from designer.imaging.stereo.panorama import PanoramaGrid
+from designer.imaging.stereo.placement import ViewImage
+from designer.optics.illumination import relative_illumination
+
+Floats = NDArray[np.float64]
+
+# Rows that look steeper than the views were asked to may see past the rim of the lens; they are not brightened further.
+LARGEST_FACTOR = 16.0
+
+
+def brightening(
+    design: Design, grid: PanoramaGrid, images: Mapping[ViewName, ViewImage], mirror_reflectivity: float
+) -> dict[ViewName, Floats]:
+    """Factors (rows,), 1 or more, for the rows of both panoramas, by what mirrors and the rim of the lens take away."""
+    light = {}
+    for name in VIEW_NAMES:
+        image = images[name]
+        tangent = image.radius_px(grid.slope(name, np.arange(grid.rows))) / image.principal_distance_px
+        cosine = 1.0 / np.sqrt(1.0 + tangent * tangent)
+        light[name] = relative_illumination(cosine, len(getattr(design.views, name).path), mirror_reflectivity)
+    most = max(float(share.max()) for share in light.values())
+    return {name: np.minimum(most / share, LARGEST_FACTOR) for name, share in light.items()}
+
+
+def brightened(lines: Image, factors: Floats) -> Image:
+    """Scan lines (columns, rows[, channels]) with each row times its factor."""
+    shaped = factors.astype(np.float32).reshape(1, -1, *(1,) * (lines.ndim - 2))
+    return np.asarray(cv2.multiply(lines, np.broadcast_to(shaped, lines.shape).copy(), dtype=cv2.CV_8U), dtype=np.uint8)
