@@ -121,6 +121,7 @@ def stereo_rig(
     elevation_deg: tuple[float, float] | None = None,
     distances_mm: tuple[float, float] | None = None,
     equalise: bool = True,
+    mirror_reflectivity: float | None = None,
 ) -> StereoRig:
     """A design's tables, built once, from which :func:`reconstruct` takes any number of images.
 
@@ -134,6 +135,8 @@ def stereo_rig(
         Nearest and farthest distance to match; the working volume's, with a tenth more at either end, by default.
     equalise
         Whether to equalise the resolution of the two views.
+    mirror_reflectivity
+        Even out the views by the light lost at mirrors of this reflectivity and towards the rim of the lens.
 
     Raises
     ------
@@ -150,6 +153,7 @@ def stereo_rig(
         placement=placement,
         distances_mm=distances_mm,
         equalise=equalise,
+        mirror_reflectivity=mirror_reflectivity,
     )
 
 

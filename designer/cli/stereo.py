@@ -36,6 +36,12 @@ FARTHEST_CENTRE_PX, LARGEST_NOISE_PX = 1e6, 1000.0
 )
 @click.option("--equalise/--no-equalise", default=True, help="Equalise the two views' resolution.  [default: on]")
 @click.option("--level-brightness", is_flag=True, help="Compensate for unequal brightness of the views.")
+@click.option(
+    "--mirror-reflectivity",
+    type=click.FloatRange(0.01, 1.0),
+    metavar="R",
+    help="Even out the views by the light lost at mirrors of this reflectivity and towards the rim of the lens.",
+)
 @click.option("--noise-px", type=float, help="Noise of an image point, used for the uncertainties.")
 @click.option("--slab-mm", type=(float, float), metavar="LOW HIGH", help="Range of heights z in the floor plan.")
 def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
@@ -65,6 +71,7 @@ def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
         window=asked["window"],
         equalise=asked["equalise"],
         level_brightness=asked["level_brightness"],
+        mirror_reflectivity=asked["mirror_reflectivity"],
         noise_px=asked["noise_px"],
         slab_mm=asked["slab_mm"],
     )

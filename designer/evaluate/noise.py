@@ -18,7 +18,8 @@ ends, E[g^2] = C^2 / (4 s^2) (A(k_coarsest^2 s^2) - A(k_finest^2 s^2)) with s^2 
 A(y) = F(sqrt y) / sqrt y, F being Dawson's integral: the mean of exp(-y sin^2) over all directions.
 
 *Light.* In units of the surface's own signal, a pixel of n electrons has the variance 1 / n + (read noise / n)^2
-+ quantisation; n falls with the square of the f-number.
++ quantisation; n falls with the square of the f-number, with each reflection, and towards the rim of the image
+(:mod:`designer.optics.illumination`).
 
 *Window.* Least squares over a window of area W, on panoramas that equalisation has smoothed (h), finds the shift with
 
@@ -125,12 +126,14 @@ class ImagePoint:
 
     ``slope`` is tan(phi) at the viewpoint, ``radius`` and ``radius_slope`` are r in mm and dr/dphi in mm per radian,
     of either sign, and ``defocus`` is the diameter of the blur disc in mm on the sensor, of either sign.
+    ``illumination`` is the share of the light on the axis that arrives there.
     """
 
     slope: Scalar
     radius: Scalar
     radius_slope: Scalar
     defocus: Scalar
+    illumination: Scalar = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,16 +174,20 @@ def blur_variance(exposure: Exposure, defocus: Scalar) -> Scalar:
     return defocus * defocus / 16.0 + diffraction * diffraction + PIXEL_VARIANCE * exposure.pixel_pitch**2
 
 
-def pixel_variance(light: Light, f_number: Scalar) -> Scalar:
-    """Variance of a raw pixel in units of its signal squared: shot noise, read noise, quantisation."""
+def pixel_variance(light: Light, f_number: Scalar, illumination: Scalar = 1.0) -> Scalar:
+    """Variance of a raw pixel in units of its signal squared: shot noise, read noise, quantisation.
+
+    ``illumination`` is the share of the light on the axis that reaches the pixel.
+    """
     ratio = f_number / light.f_number
-    electrons = light.tone * light.electrons_of_white / (ratio * ratio)
-    return 1.0 / electrons + (light.read_noise_electrons / electrons) ** 2 + rounding_variance(light)
+    electrons = illumination * light.tone * light.electrons_of_white / (ratio * ratio)
+    return 1.0 / electrons + (light.read_noise_electrons / electrons) ** 2 + rounding_variance(light, illumination)
 
 
-def rounding_variance(light: Light) -> float:
+def rounding_variance(light: Light, illumination: Scalar = 1.0) -> Scalar:
     """Variance of rounding to whole grey levels, in units of the signal squared."""
-    return 1.0 / (12.0 * (light.grey_levels * light.tone) ** 2)
+    levels = illumination * light.grey_levels * light.tone
+    return 1.0 / (12.0 * levels * levels)
 
 
 def equalising_sigma_px(largest_common_spacing_px: Scalar) -> Scalar:
@@ -236,17 +243,18 @@ def matching_noise(
     template = row * row / 3.0
     signal = texture_gradient_energy(texture, sqrt(mean_along + template / 2.0), sqrt(mean_across))
     weight = texture_gradient_energy(texture, sqrt(mean_along + template), sqrt(mean_across))
-    rounding = rounding_variance(light) * row * column * weight
-    raw = pixel_variance(light, exposure.f_number)
+    # Panoramas are evened out: what has most light stays, and is as bright in both.
+    rounding = rounding_variance(light, _smooth_maximum(upper.illumination, lower.illumination)) * row * column * weight
     excess = matching.slant_loss * matching.window * (stretch[0] - stretch[1])
     loss = (1.0 + excess * excess / (stretch[0] * stretch[1])) / matching.efficiency
     scale = loss / (area * signal * signal)
     edge = matching.edge_loss**2 * _edge_variance(along, across, matching.window * row, matching.window * column)
     floor = (matching.floor * row) ** 2
     noises = []
-    for scale_along, scale_across, smoothing, blur in zip(
-        along_scale, across_scale, along_smoothing, blurs, strict=True
+    for view, scale_along, scale_across, smoothing, blur in zip(
+        views, along_scale, across_scale, along_smoothing, blurs, strict=True
     ):
+        raw = pixel_variance(light, exposure.f_number, view.illumination)
         total_along, total_across = mean_along + template + smoothing, mean_across + across_smoothing
         smoothed = texture_gradient_energy(texture, sqrt(total_along), sqrt(total_across))
         pixel = sqrt(scale_along * scale_across) * exposure.pixel_pitch**2

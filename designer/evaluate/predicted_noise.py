@@ -13,8 +13,10 @@ from designer.evaluate.depth import NoiseModel, StereoPair
 from designer.evaluate.noise import Exposure, ImagePoint, Light, Matching, Texture, matching_noise
 from designer.optics.backend import Scalar, sqrt
 from designer.optics.focus import Lens, LightPath, chief_ray, reciprocal_along_ray, reciprocal_image_depth
+from designer.optics.illumination import relative_illumination
 from designer.optics.view import image_radius, image_radius_slope
 
+REFLECTIONS = {"direct": 1, "folded": 2}
 # Wavelengths of the texture that is matched, as shares of the farthest distance.
 FINEST_TEXTURE, COARSEST_TEXTURE = 0.8e-3, 0.2
 
@@ -32,6 +34,7 @@ class Conditions:
     predicted_share: Scalar
     pixel_pitch: Scalar
     wavelength: Scalar
+    mirror_reflectivity: Scalar
     texture: Texture
     light: Light
     matching: Matching
@@ -77,11 +80,15 @@ def _noise_model(
 
     def image_point(view: str, slope: Scalar, distance: Scalar) -> ImagePoint:
         gain, sense = views[view]
+        radius = image_radius(slope, gain, pair.principal_distance, sense)
+        tangent = radius / pair.principal_distance
+        cosine = 1.0 / sqrt(1.0 + tangent * tangent)
         return ImagePoint(
             slope,
-            image_radius(slope, gain, pair.principal_distance, sense),
+            radius,
             image_radius_slope(slope, gain, pair.principal_distance, sense),
             defocus(view, slope, distance),
+            relative_illumination(cosine, REFLECTIONS[sense], conditions.mirror_reflectivity),
         )
 
     def noise_at(lower: Scalar, upper: Scalar, distance: Scalar) -> tuple[Scalar, Scalar]:

@@ -48,6 +48,7 @@ def conditions_of(specification: Specification) -> Conditions:
         specification.predicted_share,
         specification.pixel_pitch,
         specification.wavelength,
+        specification.mirror_reflectivity,
         Texture(specification.texture_contrast, FINEST_TEXTURE * far, COARSEST_TEXTURE * far),
         Light(specification.white_electrons, specification.white_f_number, specification.read_noise),
         MATCHING["sad"],

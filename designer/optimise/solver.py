@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -87,7 +87,14 @@ def minimise_for_multipliers(run: Run, target: Target) -> SolverResult:
 
 
 def reduce_violation(run: Run, violation: float) -> SolverResult:
-    """Find the point of least largest scaled violation near a start that violates by ``violation``."""
+    """Find the point of least largest scaled violation near a start that violates by ``violation``.
+
+    What fits does not depend on the noise: a constant one spares the prediction, which is most of a program.
+    """
+    specification = run.problem.specification
+    if specification.predicted_share:
+        constant = replace(specification, noise=specification.pixel_pitch, predicted_share=0.0)
+        run = replace(run, problem=replace(run.problem, specification=constant))
     return _solve(run, Target("violation"), violation, call_solver)
 
 

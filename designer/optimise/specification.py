@@ -36,6 +36,7 @@ class Specification:
     white_f_number: Scalar
     read_noise: Scalar
     wavelength: Scalar
+    mirror_reflectivity: Scalar
     texture_contrast: Scalar
     fastest: Scalar
     largest_blur: Scalar
@@ -83,6 +84,7 @@ def specification_of(requirement: Requirement, lens: Lens) -> Specification:
         white_f_number=requirement.light.at_f_number,
         read_noise=requirement.light.read_noise_electrons,
         wavelength=requirement.light.wavelength_nm * 1e-6,
+        mirror_reflectivity=requirement.light.mirror_reflectivity,
         texture_contrast=requirement.matching.texture_contrast,
         fastest=lens.f_numbers[0],
         # Finite, since the solver computes with them.

@@ -51,6 +51,15 @@ class Light(Part):
             description="Wavelength, for diffraction. Default: 550, green.",
         ),
     ]
+    mirror_reflectivity: Annotated[
+        float,
+        Quantity(0.01, 1),
+        Field(
+            title="mirrors reflect",
+            default=0.88,
+            description="Share of the light that a mirror reflects. Default: 0.88, bare aluminium in the visible.",
+        ),
+    ]
 
 
 class Matching(Part):

@@ -57,7 +57,17 @@ def sweep_result() -> api.SweepResult:
 
 
 def checked() -> EndToEndCheck:
-    band = Band((1000.0, 1500.0), 9000, 8000, kept=0.9, bias=0.001, error=0.02, error_ratio=1.0, predicted=0.02)
+    band = Band(
+        (1000.0, 1500.0),
+        9000,
+        8000,
+        kept=0.9,
+        bias=0.001,
+        error=0.02,
+        error_ratio=1.0,
+        worst_part_ratio=1.2,
+        predicted=0.02,
+    )
     nothing = cast(Any, None)
     noise = Noise(np.empty((0, 3)), np.empty(0), np.ones(1), np.ones(1))
     bands = (band, dataclasses.replace(band, kept=float("nan")), dataclasses.replace(band, pixels=1))

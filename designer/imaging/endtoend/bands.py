@@ -18,6 +18,9 @@ Mask = NDArray[np.bool_]
 LARGEST_BIAS = 0.01
 LARGEST_BIAS_SIGMAS = 0.25
 LEAST_ERROR_RATIO, LARGEST_ERROR_RATIO = 0.5, 1.5
+# A band is judged by its parts in elevation too, so that a bad part does not hide behind good ones.
+PARTS = 4
+LEAST_PART_RATIO, LARGEST_PART_RATIO = 0.4, 2.0
 LEAST_KEPT = 0.6
 # With less contrast than this over a band, stereo has nothing to go by.
 LEAST_TEXTURED = 0.1
@@ -30,8 +33,8 @@ class Band:
     ``pixels`` are those of the upper panorama that show a point of the working volume there which both views can
     see; ``textured`` those of them with contrast; ``kept`` the fraction of the textured that has a depth. ``bias``
     is the median relative depth error of the kept and ``error`` its robust RMS; ``error_ratio`` is the robust RMS of
-    their errors in units of the prediction, and ``predicted`` the median predicted sigma_D / D. Numbers are NaN where
-    nothing was kept.
+    their errors in units of the prediction, ``worst_part_ratio`` that of the part in elevation where it is farthest
+    from 1, and ``predicted`` the median predicted sigma_D / D. Numbers are NaN where nothing was kept.
     """
 
     distance_mm: tuple[float, float]
@@ -41,6 +44,7 @@ class Band:
     bias: float
     error: float
     error_ratio: float
+    worst_part_ratio: float
     predicted: float
 
     @property
@@ -66,6 +70,8 @@ class Band:
             found.append("bias")
         if not LEAST_ERROR_RATIO <= self.error_ratio <= LARGEST_ERROR_RATIO:
             found.append("error ratio")
+        elif self.worst_part_ratio < LEAST_PART_RATIO or self.worst_part_ratio > LARGEST_PART_RATIO:
+            found.append("error ratio at some elevation")
         if not self.kept >= LEAST_KEPT:
             found.append("kept")
         return tuple(found)
@@ -103,5 +109,22 @@ def _judge(distances: tuple[float, float], pixels: Mask, matches: Matches, error
         bias=float(np.median(error[kept])) if kept.any() else np.nan,
         error=robust_deviation(error[kept]),
         error_ratio=robust_deviation(error[kept] / predicted[kept]),
+        worst_part_ratio=_worst_part_ratio(error / predicted, kept),
         predicted=float(np.median(predicted[pixels])) if pixels.any() else np.nan,
     )
+
+
+def _worst_part_ratio(normalised: Array, kept: Mask) -> float:
+    """Of ``PARTS`` ranges of rows with like numbers of kept pixels, the deviation that is farthest from 1, as a factor.
+
+    Parts with too few pixels to judge are left out; with no other part it is NaN.
+    """
+    counts = kept.sum(axis=0)
+    share = np.cumsum(counts) / max(int(counts.sum()), 1)
+    part = np.minimum((share * PARTS).astype(int), PARTS - 1)
+    ratios = [
+        robust_deviation(normalised[:, part == number][kept[:, part == number]])
+        for number in range(PARTS)
+        if counts[part == number].sum() >= FEWEST_PIXELS / PARTS
+    ]
+    return max(ratios, key=lambda ratio: abs(np.log(ratio)), default=np.nan)

@@ -11,9 +11,12 @@ from designer.imaging.endtoend.bands import (
     LARGEST_BIAS,
     LARGEST_BIAS_SIGMAS,
     LARGEST_ERROR_RATIO,
+    LARGEST_PART_RATIO,
     LEAST_ERROR_RATIO,
     LEAST_KEPT,
+    LEAST_PART_RATIO,
     LEAST_TEXTURED,
+    PARTS,
     Band,
 )
 from designer.imaging.endtoend.check import CheckWithControl, EndToEndCheck
@@ -40,6 +43,7 @@ class BandSummary(TypedDict):
     bias: float | None
     error: float | None
     error_ratio: float | None
+    worst_part_ratio: float | None
     predicted: float | None
     bias_bound: float | None
     judged: bool
@@ -76,8 +80,9 @@ def definition_of_passing() -> str:
         f"error is within {100 * LARGEST_BIAS:g} % of the distance or {LARGEST_BIAS_SIGMAS:g} of the predicted sigma, "
         f"whichever is larger; the robust RMS depth error ({NORMAL_PER_MAD:g} MAD) is {LEAST_ERROR_RATIO:g} to "
         f"{LARGEST_ERROR_RATIO:g} times the prediction, whose noise was measured on another scene, a ring of "
-        f"textured walls, by elevation, distance and local contrast; and at least {100 * LEAST_KEPT:g} % of the "
-        "textured pixels are kept"
+        f"textured walls, by elevation, distance and local contrast, and {LEAST_PART_RATIO:g} to "
+        f"{LARGEST_PART_RATIO:g} times in each of {PARTS} parts in elevation; and at least {100 * LEAST_KEPT:g} % of "
+        "the textured pixels are kept"
     )
 
 
@@ -116,13 +121,14 @@ def _lines(check: EndToEndCheck) -> list[str]:
         f"noise of an image point, from the calibration scene: {noise['median']:.3f} px "
         f"({noise['least']:.3f} to {noise['largest']:.3f} over elevations and distances)",
         "",
-        "distance (mm)    pixels   kept   median error (bound)   robust RMS error   predicted   ratio",
+        "distance (mm)    pixels   kept   median error (bound)   robust RMS error   predicted   ratio (worst part)",
     ]
     for band in check.bands:
         low, high = band.distance_mm
         numbers = (
             f"{100 * band.kept:5.1f} %   {100 * band.bias:+8.3f} % ({100 * band.bias_bound:.2f} %)   "
-            f"{100 * band.error:14.3f} %   {100 * band.predicted:7.3f} %   {band.error_ratio:5.2f}"
+            f"{100 * band.error:14.3f} %   {100 * band.predicted:7.3f} %   {band.error_ratio:5.2f} "
+            f"({band.worst_part_ratio:4.2f})"
         )
         words = f"FAILS: {', '.join(band.problems)}" if band.problems else "" if band.is_judged else "too few to judge"
         lines.append(f"{low:6.4g} - {high:<6.4g} {band.pixels:8d}  {numbers}   {words}".rstrip())
@@ -182,6 +188,7 @@ def _summarise_band(band: Band) -> BandSummary:
         "bias": _number(band.bias),
         "error": _number(band.error),
         "error_ratio": _number(band.error_ratio),
+        "worst_part_ratio": _number(band.worst_part_ratio),
         "predicted": _number(band.predicted),
         "bias_bound": _number(band.bias_bound),
         "judged": band.is_judged,

@@ -62,6 +62,7 @@ class StereoRequest:
     window: int = 9
     equalise: bool = True
     level_brightness: bool = False
+    mirror_reflectivity: float | None = None
     noise_px: float | None = None
     slab_mm: tuple[float, float] | None = None
 
@@ -97,6 +98,7 @@ def rig_of_request(design: Design, request: StereoRequest) -> StereoRig:
         placement=request.placement,
         distances_mm=request.distances_mm,
         equalise=request.equalise,
+        mirror_reflectivity=request.mirror_reflectivity,
     )
 
 

@@ -13,7 +13,17 @@ from designer.imaging.endtoend.noise import distance_bands
 from designer.imaging.stereo.matching import MatchOutcome
 from support.imaging_designs import prototype
 
-GOOD = Band((1000.0, 1500.0), 9000, 8000, kept=0.9, bias=0.001, error=0.02, error_ratio=1.0, predicted=0.02)
+GOOD = Band(
+    (1000.0, 1500.0),
+    9000,
+    8000,
+    kept=0.9,
+    bias=0.001,
+    error=0.02,
+    error_ratio=1.0,
+    worst_part_ratio=1.2,
+    predicted=0.02,
+)
 
 
 @pytest.mark.parametrize(
@@ -27,6 +37,8 @@ GOOD = Band((1000.0, 1500.0), 9000, 8000, kept=0.9, bias=0.001, error=0.02, erro
         ({"bias": 0.0205, "predicted": 0.08}, ("bias",)),
         ({"error_ratio": 0.49}, ("error ratio",)),
         ({"error_ratio": 1.51}, ("error ratio",)),
+        ({"worst_part_ratio": 0.39}, ("error ratio at some elevation",)),
+        ({"worst_part_ratio": 2.01}, ("error ratio at some elevation",)),
         ({"kept": 0.59}, ("kept",)),
         ({"kept": float("nan"), "bias": float("nan"), "error_ratio": float("nan")}, ("bias", "error ratio", "kept")),
         ({"textured": 500}, ("no texture",)),
@@ -79,3 +91,21 @@ def test_a_band_of_which_nothing_is_kept_has_no_numbers_and_fails() -> None:
     assert np.isnan(bands[0].error_ratio)
     assert bands[0].problems == ("bias", "error ratio", "kept")
     assert [band.is_judged for band in bands] == [True, False, False, False]
+
+
+def test_a_bad_part_in_elevation_does_not_hide_behind_good_ones() -> None:
+    random = np.random.default_rng(7)
+    shape = (400, 200)
+    edges = distance_bands(prototype())
+    distance = np.full(shape, np.sqrt(edges[0] * edges[1]))
+    outcomes = np.full(shape, MatchOutcome.KEPT)
+    predicted = np.full(shape, 0.02)
+    error = predicted * random.standard_normal(shape)
+    matches: Any = SimpleNamespace(outcomes=outcomes)
+    band, *_ = judge_bands(prototype(), matches, distance, np.ones(shape, bool), predicted, error)
+    assert band.problems == ()
+    error[:, 150:] *= 2.5
+    band, *_ = judge_bands(prototype(), matches, distance, np.ones(shape, bool), predicted, error)
+    assert band.error_ratio < 1.5
+    assert band.worst_part_ratio == pytest.approx(2.5, rel=0.05)
+    assert band.problems == ("error ratio at some elevation",)

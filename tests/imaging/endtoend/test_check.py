@@ -1,4 +1,4 @@
-"""The end-to-end check: designs that are right pass, systems that are wrong fail."""
+"""The end-to-end check through a pinhole: designs that are right pass, systems that are wrong fail."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ COARSER = 2
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "seed"), AS_THEY_ARE.items())
 def test_the_winners_pass_and_two_that_need_their_pixels(name: str, seed: int) -> None:
-    check = check_design(studied_design(name), CheckOptions(seed=seed))
+    check = check_design(studied_design(name), CheckOptions(lens=None, seed=seed))
     assert_it_passes_everywhere(check, name)
     # What is measured is the noise of matching, not of the pixels: a fraction of a pixel for rich texture.
     assert 0.01 < check.noise.summary["median"] < 0.2
@@ -37,7 +37,7 @@ def test_the_winners_pass_and_two_that_need_their_pixels(name: str, seed: int) -
 @pytest.mark.parametrize(("name", "seed"), OVER_LARGER_PIXELS.items())
 def test_the_other_kinds_pass(name: str, seed: int) -> None:
     """Over pixels twice as large, a quarter of the work, and with no more bias than the design's own would allow."""
-    check = check_design(with_coarse_pixels(studied_design(name), COARSER), CheckOptions(seed=seed))
+    check = check_design(with_coarse_pixels(studied_design(name), COARSER), CheckOptions(lens=None, seed=seed))
     assert_it_passes_everywhere(check, name)
     assert 0.01 < check.noise.summary["median"] < 0.2
     for band in check.bands:
@@ -63,14 +63,16 @@ def test_a_system_built_wrongly_fails_by_its_bias() -> None:
         mirror.model_copy(update={"vertex_mm": mirror.vertex_mm + 0.25}) if mirror.name == "direct" else mirror
         for mirror in design.mirrors
     )
-    check = check_design(design, CheckOptions(samples=1, built=design.model_copy(update={"mirrors": mirrors})))
+    check = check_design(
+        design, CheckOptions(lens=None, samples=1, built=design.model_copy(update={"mirrors": mirrors}))
+    )
     assert not check.passed
     assert any("bias" in band.problems for band in check.bands)
 
 
 @pytest.mark.slow
 def test_a_repetitive_texture_deceives_matching_and_the_check_says_so() -> None:
-    check = check_design(studied_design(PROTOTYPE), CheckOptions(samples=1, texture="repetitive"))
+    check = check_design(studied_design(PROTOTYPE), CheckOptions(lens=None, samples=1, texture="repetitive"))
     assert not check.passed
     assert describe_check(check).endswith("FAILED")
 
@@ -78,7 +80,7 @@ def test_a_repetitive_texture_deceives_matching_and_the_check_says_so() -> None:
 @pytest.mark.slow
 def test_a_wall_of_known_distance_is_measured_as_predicted() -> None:
     design: Design = studied_design(PROTOTYPE)
-    check = check_design(design, CheckOptions(scene="cylinder", samples=1, seed=7))
+    check = check_design(design, CheckOptions(lens=None, scene="cylinder", samples=1, seed=7))
     # The wall stands where two bands meet.
     for band in check.bands[1:3]:
         assert band.error_ratio == pytest.approx(1.0, abs=0.15)
@@ -95,7 +97,7 @@ def test_a_wall_of_known_distance_is_measured_as_predicted() -> None:
     "name",
     [
         "BANDS", "FEWEST_PIXELS", "LEAST_TEXTURED", "LARGEST_BIAS", "LARGEST_BIAS_SIGMAS", "LEAST_ERROR_RATIO",
-        "LARGEST_ERROR_RATIO", "LEAST_KEPT", "NORMAL_PER_MAD",
+        "LARGEST_ERROR_RATIO", "LEAST_PART_RATIO", "LARGEST_PART_RATIO", "PARTS", "LEAST_KEPT", "NORMAL_PER_MAD",
     ],
 )  # fmt: skip
 def test_the_definition_of_passing_names_every_bound(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
