@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from designer.cli.imaging_options import design_argument
+from designer.files import InputError
 
 
 @click.command()
@@ -24,11 +25,17 @@ def export(design: Path, name: str, out: Path) -> None:
 
     Formats: sag (a table of each mirror's face).
     """
-    from designer.design import read_design
-    from designer.export.formats import export_design, export_format
+    from designer.export.formats import EXPORTS, check_target, export_design
 
-    chosen = export_format(name)
-    for path in export_design(read_design(design), name, out):
+    check_target(name, out)
+    from designer.design import read_design
+
+    record = read_design(design)
+    try:
+        written = export_design(record, name, out)
+    except InputError as error:
+        raise InputError(f"{design}: {error}") from None
+    for path in written:
         click.echo(f"{path} written")
-    if chosen.leaves_out:
-        click.echo(f"not in this format: {chosen.leaves_out}")
+    if EXPORTS[name].leaves_out:
+        click.echo(f"not in this format: {EXPORTS[name].leaves_out}")

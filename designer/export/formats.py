@@ -11,6 +11,7 @@ from typing import Literal
 
 from designer.design import Design
 from designer.export.sag import sag_tables
+from designer.export.zmx import zmx_files
 from designer.files import InputError, write_atomically
 
 _FILE_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
@@ -53,6 +54,13 @@ EXPORTS: dict[str, ExportFormat] = {
         contents=sag_tables,
         leaves_out="the camera and the light",
     ),
+    "zmx": ExportFormat(
+        description="Zemax OpticStudio, sequential mode: sensor, ideal lens, mirrors and a wall in the scene",
+        suffix=".zmx",
+        one_file_for="view",
+        contents=zmx_files,
+        leaves_out="substrates, lens barrel and camera body, which can block light; each file holds one view",
+    ),
 }
 """Every format by its name on the command line."""
 
@@ -93,8 +101,8 @@ def export_design(design: Design, name: str, target: Path) -> tuple[Path, ...]:
     InputError
         There is no such format, the format cannot hold the design, or the target does not fit the format.
     """
+    check_target(name, target)
     chosen = export_format(name)
-    _check_target(name, chosen, target)
     contents = chosen.contents(design)
     if chosen.one_file_for == "design":
         files = dict.fromkeys([target], *contents.values())
@@ -109,7 +117,15 @@ def export_design(design: Design, name: str, target: Path) -> tuple[Path, ...]:
     return tuple(files)
 
 
-def _check_target(name: str, chosen: ExportFormat, target: Path) -> None:
+def check_target(name: str, target: Path) -> None:
+    """Refuse a target to which a format cannot be written, before any work.
+
+    Raises
+    ------
+    InputError
+        There is no such format, or the target does not fit it.
+    """
+    chosen = export_format(name)
     if chosen.one_file_for == "design":
         if target.is_dir():
             raise InputError(f"{target}: is a folder; {name} needs a file that ends in {chosen.suffix}")
