@@ -91,10 +91,11 @@ def reflected(start: Array, ahead: Array, vertex_mm: float, curvature: float, co
     with np.errstate(all="ignore"):
         root = np.sqrt(b * b - a * c)
         lengths = np.stack([c / (-b - root), c / (-b + root)])
-    heights = origin[:, 2] + lengths * ahead[:, 2]
-    usable = (lengths > 1e-9) & (1.0 - k * curvature * heights >= 0.0)
+        heights = origin[:, 2] + lengths * ahead[:, 2]
+        usable = (lengths > 1e-9) & (1.0 - k * curvature * heights >= 0.0)
     length = np.where(usable, lengths, np.inf).min(axis=0)
     local = origin + length[:, None] * ahead
     normal = np.stack([curvature * local[:, 0], curvature * local[:, 1], curvature * k * local[:, 2] - 1.0], axis=-1)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    return local + [0.0, 0.0, vertex_mm], ahead - 2.0 * (normal * ahead).sum(axis=1, keepdims=True) * normal
+    lift = np.array([0.0, 0.0, vertex_mm])
+    return local + lift, ahead - 2.0 * (normal * ahead).sum(axis=1, keepdims=True) * normal
