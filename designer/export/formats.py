@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from designer.design import Design
+from designer.export.optiland import optiland_files
 from designer.export.sag import sag_tables
 from designer.export.zmx import zmx_files
 from designer.files import InputError, write_atomically
@@ -59,6 +60,13 @@ EXPORTS: dict[str, ExportFormat] = {
         suffix=".zmx",
         one_file_for="view",
         contents=zmx_files,
+        leaves_out="substrates, lens barrel and camera body, which can block light; each file holds one view",
+    ),
+    "optiland": ExportFormat(
+        description="optiland's JSON: the same system as zmx, for its tracer in Python",
+        suffix=".json",
+        one_file_for="view",
+        contents=optiland_files,
         leaves_out="substrates, lens barrel and camera body, which can block light; each file holds one view",
     ),
 }

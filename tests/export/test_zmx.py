@@ -72,5 +72,5 @@ def test_a_view_that_does_not_see_its_range_is_refused() -> None:
     design = studied_design(NAMES[0])
     blind = design.views.upper.model_copy(update={"elevation_deg": (-10.0, 95.0)})
     views = design.views.model_copy(update={"upper": blind})
-    with pytest.raises(InputError, match=r"views\.upper: no ray .* at an elevation of 95 degrees"):
+    with pytest.raises(InputError, match=r"views\.upper: no ray .* at an elevation of"):
         zmx_files(design.model_copy(update={"views": views}))
