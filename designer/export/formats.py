@@ -11,6 +11,7 @@ from typing import Literal
 
 from designer.design import Design
 from designer.export.optiland import optiland_files
+from designer.export.povray import povray_scene
 from designer.export.sag import sag_tables
 from designer.export.zmx import zmx_files
 from designer.files import InputError, write_atomically
@@ -61,6 +62,13 @@ EXPORTS: dict[str, ExportFormat] = {
         one_file_for="view",
         contents=zmx_files,
         leaves_out="substrates, lens barrel and camera body, which can block light; each file holds one view",
+    ),
+    "povray": ExportFormat(
+        description="POV-Ray scene: mirrors as exact quadrics, the camera in the pinhole, and a wall",
+        suffix=".pov",
+        one_file_for="design",
+        contents=povray_scene,
+        leaves_out="the lens (focus, blur and lost light): the camera is a pinhole",
     ),
     "optiland": ExportFormat(
         description="optiland's JSON: the same system as zmx, for its tracer in Python",
