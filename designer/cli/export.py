@@ -9,10 +9,22 @@ import click
 from designer.cli.imaging_options import design_argument
 from designer.files import InputError
 
+_HELP = """Write DESIGN.json in a format of another program, lengths in mm.
 
-@click.command()
+\b
+sag       CSV, a file for each mirror: radius, sag, slope, distance from
+          the best-fit sphere
+zmx       Zemax OpticStudio, a file for each view
+povray    POV-Ray scene with every mirror as an exact quadric
+optiland  optiland's JSON, a file for each view
+
+What a format has no place for is printed.
+"""
+
+
+@click.command(help=_HELP)
 @design_argument
-@click.option("--to", "name", required=True, help="Format: sag.")
+@click.option("--to", "name", required=True, help="sag, zmx, povray or optiland.")
 @click.option(
     "-o",
     "--out",
@@ -21,10 +33,7 @@ from designer.files import InputError
     help="File to write, or folder for a format that has a file of each mirror or view.",
 )
 def export(design: Path, name: str, out: Path) -> None:
-    """Write DESIGN.json in a format of another program, lengths in mm.
-
-    Formats: sag (a table of each mirror's face).
-    """
+    """Write a design in a format of another program."""
     from designer.export.formats import EXPORTS, check_target, export_design
 
     check_target(name, out)

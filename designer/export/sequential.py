@@ -44,7 +44,7 @@ class SequentialView:
         In the order in which light from the sensor meets them. Radii of curvature and vertices are those of the
         record: positive z points up, along the axis, before and after every reflection.
     viewpoint_mm
-        Height of the effective viewpoint, where the wall is hung.
+        Height of the effective viewpoint, where the light of the middle field crosses the axis; the wall's zero.
     wall_mm
         Distance of the wall from the axis, towards +y: the geometric mean of the working volume's distances.
     elevations_deg
@@ -97,11 +97,16 @@ def _sequential_view(design: Design, name: ViewName) -> SequentialView:
     path = instrument.path(view.path)
     psi = pinhole_angles(instrument, path, np.radians(elevations), widest_pinhole_angle(design))
     with np.errstate(all="ignore"):
-        outwards = trace_sequential(instrument, path, pinhole_directions(psi), apertures=False).direction[:, 0]
+        trace = trace_sequential(instrument, path, pinhole_directions(psi), apertures=False)
+        outwards = trace.direction[:, 0]
+        viewpoints = trace.point[:, 2] - trace.point[:, 0] * trace.direction[:, 2] / outwards
         heights = camera.focal_length_mm * np.tan(psi)
-    if not (np.isfinite(outwards).all() and np.isfinite(heights).all()):
-        lost = elevations[~(np.isfinite(outwards) & np.isfinite(heights))][0]
-        raise InputError(f"views.{name}: no ray of the image leaves its mirrors at an elevation of {lost:g} degrees")
+    leaves = np.isfinite(viewpoints) & np.isfinite(heights)
+    if not leaves.all():
+        raise InputError(
+            f"views.{name}: no ray of the image leaves its mirrors at an elevation of "
+            f"{elevations[~leaves][0]:g} degrees"
+        )
     nearness = 1.0 / camera.focus_distance_mm if camera.focus_distance_mm else 0.0
     return SequentialView(
         title=f"{' '.join(design.configuration.split())}, {name} view",
@@ -109,7 +114,7 @@ def _sequential_view(design: Design, name: ViewName) -> SequentialView:
         lens_focal_length_mm=1.0 / (1.0 / camera.focal_length_mm + nearness),
         pupil_diameter_mm=2.0 * camera.pupil_radius_mm,
         mirrors=tuple(design.mirror(each) for each in view.path),
-        viewpoint_mm=view.viewpoint_mm,
+        viewpoint_mm=float(viewpoints[FIELDS // 2]),
         wall_mm=float(np.sqrt(near) * np.sqrt(far)),
         elevations_deg=tuple(elevations.tolist()),
         # The image on the sensor is upside down.

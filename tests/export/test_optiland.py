@@ -45,4 +45,5 @@ def test_surfaces_stand_where_the_design_has_them(name: str) -> None:
                 mirror.inner_radius_mm,
                 mirror.outer_radius_mm,
             )
-        assert wall["geometry"]["cs"]["z"] == design.views.by_name[view_name].viewpoint_mm
+        viewpoint = design.views.by_name[view_name].viewpoint_mm
+        assert wall["geometry"]["cs"]["z"] == pytest.approx(viewpoint, abs=1e-6)
