@@ -105,9 +105,10 @@ def export(design: Design, to: str, path: str | Path) -> tuple[Path, ...]:
     Parameters
     ----------
     to
-        ``sag``, ``zmx``, ``povray`` or ``optiland``; what each holds and leaves out, ``designer export --help`` says.
+        ``sag``, ``zmx``, ``povray``, ``optiland`` or, with the extra ``dxf``, ``dxf``; docs/api.md says what
+        each holds.
     path
-        A file for a format that holds the whole design in one (``povray``), else a folder.
+        A file for a format that holds the whole design in one (``povray``, ``dxf``), else a folder.
 
     Raises
     ------

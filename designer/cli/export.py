@@ -17,6 +17,7 @@ sag       CSV, a file for each mirror: radius, sag, slope, distance from
 zmx       Zemax OpticStudio, a file for each view
 povray    POV-Ray scene with every mirror as an exact quadric
 optiland  optiland's JSON, a file for each view
+dxf       half-profiles of the mirrors for CAD (needs the extra dxf)
 
 What a format has no place for is printed.
 """
@@ -24,7 +25,7 @@ What a format has no place for is printed.
 
 @click.command(help=_HELP)
 @design_argument
-@click.option("--to", "name", required=True, help="sag, zmx, povray or optiland.")
+@click.option("--to", "name", required=True, help="sag, zmx, povray, optiland or dxf.")
 @click.option(
     "-o",
     "--out",

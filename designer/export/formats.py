@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from designer.design import Design
+from designer.export.dxf import dxf_drawing
 from designer.export.optiland import optiland_files
 from designer.export.povray import povray_scene
 from designer.export.sag import sag_tables
@@ -37,7 +38,8 @@ class ExportFormat:
     leaves_out
         What the format has no place for in any design, and is therefore not in the files; empty if nothing.
     package
-        The Python package that ``contents`` needs beyond those of the designer itself; None if it needs no other.
+        The Python package that ``contents`` imports, of an optional dependency named like the format; None if it needs
+        no more than the designer itself.
     """
 
     description: str
@@ -77,6 +79,14 @@ EXPORTS: dict[str, ExportFormat] = {
         contents=optiland_files,
         leaves_out="substrates, lens barrel and camera body, which can block light; each file holds one view",
     ),
+    "dxf": ExportFormat(
+        description="half-profiles of the mirrors for CAD, as exact conics",
+        suffix=".dxf",
+        one_file_for="design",
+        contents=dxf_drawing,
+        leaves_out="the camera and the light",
+        package="ezdxf",
+    ),
 }
 """Every format by its name on the command line."""
 
@@ -93,7 +103,9 @@ def export_format(name: str) -> ExportFormat:
         raise InputError(f"format {name!r}: must be one of {', '.join(EXPORTS)}")
     found = EXPORTS[name]
     if found.package is not None and importlib.util.find_spec(found.package) is None:
-        raise InputError(f"format {name!r}: needs {found.package}; install it with: pip install {found.package}")
+        raise InputError(
+            f"format {name!r}: needs {found.package}; install it with: pip install 'catadioptric-designer[{name}]'"
+        )
     return found
 
 
