@@ -105,8 +105,7 @@ def export(design: Design, to: str, path: str | Path) -> tuple[Path, ...]:
     Parameters
     ----------
     to
-        ``sag``, ``zmx``, ``povray``, ``optiland`` or, with the extra ``dxf``, ``dxf``; docs/api.md says what
-        each holds.
+        Name of the format, such as ``zmx``: docs/api.md says what each holds.
     path
         A file for a format that holds the whole design in one (``povray``, ``dxf``), else a folder.
 

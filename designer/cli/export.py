@@ -9,32 +9,28 @@ import click
 from designer.cli.imaging_options import design_argument
 from designer.files import InputError
 
-_HELP = """Write DESIGN.json in a format of another program, lengths in mm.
 
-\b
-sag       CSV, a file for each mirror: radius, sag, slope, distance from
-          the best-fit sphere
-zmx       Zemax OpticStudio, a file for each view
-povray    POV-Ray scene with every mirror as an exact quadric
-optiland  optiland's JSON, a file for each view
-dxf       half-profiles of the mirrors for CAD (needs the extra dxf)
+class _ListsFormats(click.Command):
+    """A command whose help ends with the table of formats, which is imported only when the help is asked for."""
 
-What a format has no place for is printed.
-"""
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        from designer.export.formats import EXPORTS
+
+        with formatter.section("Formats"):
+            formatter.write_dl(
+                [
+                    (name, f"{entry.description}; {entry.written_as}; without {entry.leaves_out}")
+                    for name, entry in EXPORTS.items()
+                ]
+            )
 
 
-@click.command(help=_HELP)
+@click.command(cls=_ListsFormats)
 @design_argument
-@click.option("--to", "name", required=True, help="sag, zmx, povray, optiland or dxf.")
-@click.option(
-    "-o",
-    "--out",
-    type=click.Path(path_type=Path),
-    required=True,
-    help="File to write, or folder for a format that has a file of each mirror or view.",
-)
+@click.option("--to", "name", metavar="NAME", required=True, help="Format, one of those below.")
+@click.option("-o", "--out", type=click.Path(path_type=Path), required=True, help="File or folder to write.")
 def export(design: Path, name: str, out: Path) -> None:
-    """Write a design in a format of another program."""
+    """Write DESIGN.json in a format of another program, lengths in mm."""
     from designer.export.formats import EXPORTS, check_target, export_design
 
     check_target(name, out)
@@ -47,5 +43,4 @@ def export(design: Path, name: str, out: Path) -> None:
         raise InputError(f"{design}: {error}") from None
     for path in written:
         click.echo(f"{path} written")
-    if EXPORTS[name].leaves_out:
-        click.echo(f"not in this format: {EXPORTS[name].leaves_out}")
+    click.echo(f"not in this format: {EXPORTS[name].leaves_out}")

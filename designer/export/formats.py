@@ -36,7 +36,7 @@ class ExportFormat:
         The text of each file, by the name of its mirror, its view or the design's configuration. Raises InputError
         for a design that the format cannot hold, with the reason.
     leaves_out
-        What the format has no place for in any design, and is therefore not in the files; empty if nothing.
+        What the format has no place for in any design, and is therefore not in the files.
     package
         The Python package that ``contents`` imports, of an optional dependency named like the format; None if it needs
         no more than the designer itself.
@@ -46,8 +46,15 @@ class ExportFormat:
     suffix: str
     one_file_for: Literal["mirror", "view", "design"]
     contents: Callable[[Design], Mapping[str, str]]
-    leaves_out: str = ""
+    leaves_out: str
     package: str | None = None
+
+    @property
+    def written_as(self) -> str:
+        """What ``designer export`` writes, in words."""
+        if self.one_file_for == "design":
+            return f"a file that ends in {self.suffix}"
+        return f"a folder with a {self.suffix} file for each {self.one_file_for}"
 
 
 EXPORTS: dict[str, ExportFormat] = {
@@ -56,14 +63,14 @@ EXPORTS: dict[str, ExportFormat] = {
         suffix=".csv",
         one_file_for="mirror",
         contents=sag_tables,
-        leaves_out="the camera and the light",
+        leaves_out="the camera, the substrates and the light",
     ),
     "zmx": ExportFormat(
         description="Zemax OpticStudio, sequential mode: sensor, ideal lens, mirrors and a wall in the scene",
         suffix=".zmx",
         one_file_for="view",
         contents=zmx_files,
-        leaves_out="substrates, lens barrel and camera body, which can block light; each file holds one view",
+        leaves_out="substrates, lens barrel and camera body, which can block light",
     ),
     "povray": ExportFormat(
         description="POV-Ray scene: mirrors as exact quadrics, the camera in the pinhole, and a wall",
@@ -73,11 +80,11 @@ EXPORTS: dict[str, ExportFormat] = {
         leaves_out="the lens (focus, blur and lost light): the camera is a pinhole",
     ),
     "optiland": ExportFormat(
-        description="optiland's JSON: the same system as zmx, for its tracer in Python",
+        description="optiland's JSON: the same system as zmx",
         suffix=".json",
         one_file_for="view",
         contents=optiland_files,
-        leaves_out="substrates, lens barrel and camera body, which can block light; each file holds one view",
+        leaves_out="substrates, lens barrel and camera body, which can block light",
     ),
     "dxf": ExportFormat(
         description="half-profiles of the mirrors for CAD, as exact conics",
