@@ -1,8 +1,8 @@
 """Optiland's own format (``.json``): a file for each view, for ``optiland.fileio.load_optiland_file``.
 
 The system is that of :mod:`designer.export.sequential`. Optiland places surfaces in world coordinates, which here are
-the designer's: the lens stands at z = 0, the sensor below it. The wall is turned by -90 degrees about x, so that its
-normal points along +y. A file is written without optiland, in the layout of its version 0.6.
+the designer's: the lens stands at z = 0, the sensor below it. The wall is turned by 90 degrees about x: its own y
+points up. A file is written without optiland, in the layout of its version 0.6.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def _surfaces(view: SequentialView) -> list[JsonValue]:
         *(_mirror(mirror) for mirror in view.mirrors),
         _surface(
             "wall in the scene",
-            _plane(y=view.wall_mm, z=view.viewpoint_mm, rx=-math.pi / 2.0),
+            _plane(y=view.wall_mm, z=view.viewpoint_mm, rx=math.pi / 2.0),
             {"type": "RefractiveReflectiveModel", "is_reflective": False},
         ),
     ]

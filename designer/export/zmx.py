@@ -2,8 +2,9 @@
 
 The system is that of :mod:`designer.export.sequential`. Thicknesses are differences of heights along +z and so change
 their sign after each mirror; curvatures keep theirs, because OpticStudio's local axes do not turn at a mirror. A
-coordinate break at the effective viewpoint, tilted by -90 degrees about x, turns the axis towards +y, where the wall
-stands: a positive tilt about x turns +z towards -y.
+coordinate break at the effective viewpoint moves the axes out to the wall and turns them by 90 degrees about x. The
+shift alone decides where the wall stands, so programs that count this angle in the other sense find it in the same
+place. The sense of the angle keeps OpticStudio's rule that light runs along local -z after an odd number of mirrors.
 """
 
 from __future__ import annotations
@@ -63,7 +64,12 @@ def _file(view: SequentialView) -> str:
             _mirror(mirror, following - mirror.vertex_mm)
             for mirror, following in zip(view.mirrors, heights[1:], strict=True)
         ),
-        _surface("effective viewpoint, axis turned to the wall", view.wall_mm, kind="COORDBRK", lines=["PARM 3 -90.0"]),
+        _surface(
+            "effective viewpoint, axes moved to the wall",
+            0.0,
+            kind="COORDBRK",
+            lines=[f"PARM 2 {_number(view.wall_mm)}", f"PARM 3 {90.0 if len(view.mirrors) % 2 else -90.0}"],
+        ),
         _surface("wall in the scene", 0.0),
     ]
     for index, surface in enumerate(surfaces):

@@ -13,7 +13,7 @@ from support.studied_designs import NAMES, studied_design
 
 
 def surfaces_of(text: str) -> tuple[dict[str, list[str]], list[dict[str, list[str]]]]:
-    """Words by operand: of the head, and of each surface."""
+    """Words by operand, parameters by number too: of the head, and of each surface."""
     head: dict[str, list[str]] = {}
     surfaces: list[dict[str, list[str]]] = []
     for line in text.splitlines():
@@ -22,7 +22,8 @@ def surfaces_of(text: str) -> tuple[dict[str, list[str]], list[dict[str, list[st
             assert int(words[0]) == len(surfaces)
             surfaces.append({})
         else:
-            (surfaces[-1] if surfaces else head)[operand] = words
+            key = f"PARM {words.pop(0)}" if operand == "PARM" else operand
+            (surfaces[-1] if surfaces else head)[key] = words
     return head, surfaces
 
 
@@ -35,7 +36,12 @@ def test_chief_rays_leave_at_the_elevations_of_the_fields(name: str) -> None:
         view = design.views.by_name[view_name]
         head, (sensor, lens, *mirrors, turn, _) = surfaces_of(text)
         assert head["UNIT"][0] == "MM"
-        assert (lens["TYPE"], turn["TYPE"], turn["PARM"]) == (["PARAXIAL"], ["COORDBRK"], ["3", "-90.0"])
+        assert (lens["TYPE"], turn["TYPE"], turn["PARM 3"]) == (
+            ["PARAXIAL"],
+            ["COORDBRK"],
+            ["90.0"] if len(mirrors) == 1 else ["-90.0"],
+        )
+        assert float(turn["DISZ"][0]) == 0.0
         assert float(head["ENPD"][0]) == pytest.approx(2.0 * design.camera.pupil_radius_mm, rel=1e-15)
         sensor_y = np.array(head["YFLN"], dtype=float)
         ahead = np.stack([0.0 * sensor_y, -sensor_y, 0.0 * sensor_y + float(sensor["DISZ"][0])], axis=-1)
@@ -49,7 +55,7 @@ def test_chief_rays_leave_at_the_elevations_of_the_fields(name: str) -> None:
             radius = np.hypot(point[:, 0], point[:, 1])
             assert ((radius >= inner) & (radius <= outer)).all()
             height += float(mirror["DISZ"][0])
-        distance = float(turn["DISZ"][0])
+        distance = float(turn["PARM 2"][0])
         at_wall = point + ((distance - point[:, 1]) / ahead[:, 1])[:, None] * ahead
         elevations = np.radians(np.linspace(*view.elevation_deg, len(sensor_y)))
         assert (ahead[:, 1] > 0.0).all()
