@@ -27,10 +27,10 @@ from designer.study.run import solve_study
 from designer.study.study import Study
 from designer.study.sweep.cluster import cluster_workers
 from designer.study.sweep.definition import Axis, SweepDefinition, read_sweep, requirement_at
-from designer.study.sweep.export import read_sweep_results
 from designer.study.sweep.plan import Point, plan_points
 from designer.study.sweep.run import SweepProgress, run_sweep
 from designer.study.sweep.store import FILE_NAME, read_store
+from designer.study.sweep.tables import read_sweep_results
 
 DEFAULT = Path("configs/sweeps/lens_and_baseline.toml")
 # A first objective this much above that of a study counts as worse.

@@ -1,6 +1,6 @@
-"""What docs/contributing.md promises: a goal, a constraint or a key is one entry in one place, and works everywhere.
+"""What docs/contributing.md promises: a goal, a constraint, a key or a format is one entry in one place.
 
-They are added here as a contributor would add them, and nothing else is touched.
+They are added here as a contributor would add them, nothing else is touched, and they work everywhere.
 """
 
 import csv
@@ -12,8 +12,12 @@ from typing import Annotated
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from pydantic import Field
 
+from designer.cli import cli
+from designer.export.formats import EXPORTS, ExportFormat
+from designer.files import InputError
 from designer.goals import GOALS
 from designer.optics.backend import arctan, degrees, sqrt
 from designer.optimise import constraints
@@ -24,7 +28,7 @@ from designer.requirement.quantity import Quantity
 from designer.requirement.space import Envelope
 from designer.study.task import solve_configuration
 from designer.trace.aiming import meridional_rays
-from support import ROOT
+from support import DATA, ROOT
 from support.shipped_problems import CONFIGURATIONS, shipped_requirement, with_thin_light
 
 DIRECT, FOLDED = "direct-HyHy-upper_inner", "folded-HyPl-Hy-upper_outer"
@@ -154,3 +158,27 @@ def test_a_key_of_the_requirement_with_a_title_shows_itself_in_the_report():
     roomy = asked.model_copy(update={"envelope": Roomy(**asked.envelope.model_dump())})
     before, after = dict(requirement_groups(asked)), dict(requirement_groups(roomy))
     assert after["Envelope"] == [*before["Envelope"], ("cable leaves at", "30°")]
+
+
+def test_an_export_format_is_one_entry_in_the_table(tmp_path, monkeypatch):
+    """A list of blanks for the saw: the command writes it, and refuses what it cannot hold, with the reason."""
+
+    def blanks(design):
+        if any(mirror.thickness_mm == 0.0 for mirror in design.mirrors):
+            raise InputError("a blank without thickness cannot be sawn")
+        rows = [f"{2.0 * mirror.outer_radius_mm:.2f} {mirror.thickness_mm:.2f}" for mirror in design.mirrors]
+        return {design.configuration: "\n".join(["diameter_mm thickness_mm", *rows]) + "\n"}
+
+    entry = ExportFormat("blanks to saw", ".txt", "design", blanks, leaves_out="the faces")
+    monkeypatch.setitem(EXPORTS, "blanks", entry)
+    design, out = DATA / "folded_hypl_hy.json", tmp_path / "blanks.txt"
+    result = CliRunner().invoke(cli, ["export", str(design), "--to", "blanks", "-o", str(out)])
+    assert result.stdout.splitlines() == [f"{out} written", "not in this format: the faces"]
+    assert out.read_text().splitlines()[1] == "17.12 2.00"
+    record = json.loads(design.read_text())
+    record["mirrors"][0]["thickness_mm"] = 0.0
+    thin, absent = tmp_path / "thin.json", tmp_path / "absent.txt"
+    thin.write_text(json.dumps(record))
+    refused = CliRunner().invoke(cli, ["export", str(thin), "--to", "blanks", "-o", str(absent)])
+    assert (refused.exit_code, refused.stderr) == (2, f"designer: {thin}: a blank without thickness cannot be sawn\n")
+    assert not absent.exists()

@@ -13,7 +13,7 @@ Examples
 44
 """
 
-from designer.api.designs import Evaluation, evaluate, read_design, trace, trace_rays, write_design
+from designer.api.designs import Evaluation, evaluate, export, read_design, trace, trace_rays, write_design
 from designer.api.drawings import (
     Drawing,
     draw_cross_section,
@@ -81,6 +81,7 @@ __all__ = [
     "draw_single_mirror_principles",
     "draw_winner_map",
     "evaluate",
+    "export",
     "find_center",
     "multipliers",
     "placement",

@@ -1,4 +1,4 @@
-"""One design: its file, its score, the tracer's verdict on it, and rays through it."""
+"""One design: its file, its export, its score, the tracer's verdict on it, and rays through it."""
 
 from __future__ import annotations
 
@@ -97,6 +97,26 @@ def write_design(path: str | Path, design: Design) -> None:
     from designer.design import write_design as write
 
     write(design, Path(path))
+
+
+def export(design: Design, to: str, path: str | Path) -> tuple[Path, ...]:
+    """Write a design in a format of another program, lengths in mm, and return the files written.
+
+    Parameters
+    ----------
+    to
+        Name of the format, such as ``zmx``: docs/api.md says what each holds.
+    path
+        A file for a format that holds the whole design in one (``povray``, ``dxf``), else a folder.
+
+    Raises
+    ------
+    InputError
+        There is no such format, it cannot hold the design, or the path does not fit it.
+    """
+    from designer.export.formats import export_design
+
+    return export_design(design, to, Path(path))
 
 
 def evaluate(design: Design) -> Evaluation:

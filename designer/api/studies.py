@@ -88,7 +88,7 @@ class SweepResult:
 
     def front(self, columns: tuple[str, ...] = ("depth_error_rms", "height_mm", "diameter_mm")) -> pd.DataFrame:
         """The designs that no other beats in all the columns at once."""
-        from designer.study.sweep.export import pareto
+        from designer.study.sweep.tables import pareto
 
         return pareto(self.table[self.table["status"] == "feasible"], columns)
 
@@ -184,7 +184,7 @@ def sweep(definition: str | Path, folder: str | Path, jobs: int | None = None) -
 
 def read_sweep_folder(folder: str | Path) -> SweepResult:
     """What a sweep has found so far."""
-    from designer.study.sweep.export import read_sweep_results, winners
+    from designer.study.sweep.tables import read_sweep_results, winners
 
     table = read_sweep_results(Path(folder))
     return SweepResult(Path(folder), table, winners(table))

@@ -13,6 +13,7 @@ import click
 from designer.cli.check import check
 from designer.cli.compare import compare
 from designer.cli.designs import evaluate, trace
+from designer.cli.export import export
 from designer.cli.listing import configurations
 from designer.cli.render import render
 from designer.cli.requirement import init
@@ -53,7 +54,7 @@ def cli() -> None:
     """Design single-camera catadioptric stereo systems: 44 configurations, optimised, traced, ranked."""
 
 
-for command in (study, configurations, trace, evaluate, init, report, render, stereo, check, sweep, compare):
+for command in (study, configurations, trace, evaluate, init, report, render, stereo, check, export, sweep, compare):
     cli.add_command(command)
 
 

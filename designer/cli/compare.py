@@ -35,7 +35,7 @@ def _asked(found: StudyComparison) -> str:
 
 def _winners(found: StudyComparison) -> str:
     from designer.cli.table import format_table
-    from designer.study.sweep.export import ASKED
+    from designer.study.sweep.tables import ASKED
 
     changed = found.changed_winners
     if found.winners.empty:

@@ -67,7 +67,7 @@ def _cluster(jobs: int | None, scheduler: str | None, workers: int | None) -> Ab
 def _typeset(folder: Path) -> Path | None:
     """The report; None if nothing is feasible."""
     from designer.report.sweep_document import write_sweep_pdf
-    from designer.study.sweep.export import read_sweep_results
+    from designer.study.sweep.tables import read_sweep_results
 
     has_designs = (read_sweep_results(folder)["status"] == "feasible").any()
     return write_sweep_pdf(folder) if has_designs else None
@@ -108,7 +108,7 @@ def _show_progress(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | No
 
 def _result(folder: Path, pdf: Path | None) -> str:
     from designer.cli.table import format_counts
-    from designer.study.sweep.export import read_sweep_results, winners
+    from designer.study.sweep.tables import read_sweep_results, winners
 
     frame = read_sweep_results(folder)
     best = winners(frame)

@@ -60,9 +60,9 @@ def mirror_shape(design: Design, name: str) -> MirrorShape:
     """Shape of one mirror of a design, by its name."""
     mirror = design.mirror(name)
     surface = surface_of(mirror)
-    radii = np.sqrt(np.linspace(mirror.inner_radius_mm**2, mirror.outer_radius_mm**2, _PROFILE_POINTS))
-    heights = surface.height(radii) - mirror.vertex_mm
-    sphere_radius, departure = _best_sphere(radii, heights, mirror)
+    radii, heights = _profile(mirror)
+    sphere = best_fit_sphere(mirror)
+    departure = 0.0 if sphere is None else float(np.ptp(sphere.distance_mm(radii, heights)))
     focal = _focal_form(design, mirror)
     vertex = _vertex_form(mirror)
     has_eccentricity = vertex.kind != "plane" and vertex.conic_constant <= 0
@@ -72,7 +72,7 @@ def mirror_shape(design: Design, name: str) -> MirrorShape:
         diameter_mm=2.0 * mirror.outer_radius_mm,
         sag_mm=float(np.ptp(heights)),
         sag_from_vertex_mm=float(np.max(np.abs(heights))),
-        best_sphere_radius_mm=sphere_radius,
+        best_sphere_radius_mm=None if sphere is None else sphere.radius_mm,
         sphere_departure_mm=departure,
         slope_deg=(_slope_deg(surface, mirror.inner_radius_mm), _slope_deg(surface, mirror.outer_radius_mm)),
         mass_g=_blank_volume_mm3(mirror) * ALUMINIUM_G_PER_MM3,
@@ -81,6 +81,37 @@ def mirror_shape(design: Design, name: str) -> MirrorShape:
         semi_axes=semi_axes_from_focal(focal) if focal else None,
         eccentricity=eccentricity_from_vertex(vertex, _side(focal)) if has_eccentricity else None,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class BestFitSphere:
+    """The sphere from which a face departs least.
+
+    ``centre_mm`` is the height of its centre above the mirror's vertex, ``radius_mm`` its radius with the sign of the
+    mirror's (positive when the centre lies above the face).
+    """
+
+    centre_mm: float
+    radius_mm: float
+
+    def distance_mm(self, radii_mm: NDArray[np.float64], heights_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Distance along the sphere's normal of points by radius and height above the vertex; positive outside it."""
+        return np.asarray(np.hypot(radii_mm, heights_mm - self.centre_mm) - abs(self.radius_mm))
+
+
+def best_fit_sphere(mirror: Mirror) -> BestFitSphere | None:
+    """The least-squares sphere of a mirror's face, every area of the face alike; None for a plane."""
+    if mirror.radius_mm is None:
+        return None
+    radii, heights = _profile(mirror)
+    centre, radius = mirror.radius_mm, abs(mirror.radius_mm)
+    # Gauss-Newton on the distance from the sphere.
+    for _ in range(30):
+        distance = np.hypot(radii, heights - centre)
+        jacobian = np.stack([-(heights - centre) / distance, -np.ones_like(distance)], axis=1)
+        step = np.linalg.lstsq(jacobian, radius - distance, rcond=None)[0]
+        centre, radius = centre + float(step[0]), radius + float(step[1])
+    return BestFitSphere(centre, math.copysign(radius, mirror.radius_mm))
 
 
 def surface_of(mirror: Mirror) -> Surface:
@@ -119,23 +150,10 @@ def _slope_deg(surface: Surface, radius: float) -> float:
     return math.degrees(math.atan2(abs(surface.curvature * radius), run))
 
 
-def _best_sphere(
-    radii: NDArray[np.float64], heights: NDArray[np.float64], mirror: Mirror
-) -> tuple[float | None, float]:
-    """Signed radius (centre above the face is positive) and peak-to-valley departure of the least-squares sphere.
-
-    Points are spaced evenly in area. Gauss-Newton on the distance from the sphere; None and zero for a plane.
-    """
-    if mirror.radius_mm is None:
-        return None, 0.0
-    centre, sphere_radius = mirror.radius_mm, abs(mirror.radius_mm)
-    for _ in range(30):
-        distance = np.hypot(radii, heights - centre)
-        jacobian = np.stack([-(heights - centre) / distance, -np.ones_like(distance)], axis=1)
-        step = np.linalg.lstsq(jacobian, sphere_radius - distance, rcond=None)[0]
-        centre, sphere_radius = centre + float(step[0]), sphere_radius + float(step[1])
-    departure = float(np.ptp(np.hypot(radii, heights - centre) - sphere_radius))
-    return math.copysign(sphere_radius, mirror.radius_mm), departure
+def _profile(mirror: Mirror) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Radii, evenly spaced in area, and heights above the vertex, each (n,)."""
+    radii = np.sqrt(np.linspace(mirror.inner_radius_mm**2, mirror.outer_radius_mm**2, _PROFILE_POINTS))
+    return radii, surface_of(mirror).height(radii) - mirror.vertex_mm
 
 
 def _vertex_form(mirror: Mirror) -> VertexForm:

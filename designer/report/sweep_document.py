@@ -8,7 +8,7 @@ from designer.files import InputError, write_atomically
 from designer.report.content.sweep import legible, source
 from designer.report.figures.sweep_registry import draw_sweep, tables_of
 from designer.report.typst.pdf import typeset
-from designer.study.sweep.export import read_sweep_results, winners
+from designer.study.sweep.tables import read_sweep_results, winners
 
 
 def write_sweep_pdf(folder: Path) -> Path:

@@ -5,9 +5,8 @@ from designer.requirement.fixed import Fixed, FixedMirror, FixedView
 from designer.requirement.model import PREDICTED, SAME_OBJECTIVE, Objective, Requirement, Solve
 from designer.requirement.reading import (
     NOT_ASKED,
-    name_from,
+    read_named_part,
     read_requirement,
-    read_toml,
     requirement_from_json,
     requirement_to_json,
     requirement_to_toml,
@@ -30,9 +29,8 @@ __all__ = [
     "Requirement",
     "Solve",
     "WorkingVolume",
-    "name_from",
+    "read_named_part",
     "read_requirement",
-    "read_toml",
     "requirement_from_json",
     "requirement_to_json",
     "requirement_to_toml",

@@ -6,15 +6,18 @@ import json
 import re
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import tomli_w
 from pydantic import ValidationError
 
 from designer.files import InputError, describe_validation_error, read_text
 from designer.requirement.model import Requirement
+from designer.requirement.part import Part
 
 LARGEST_FILE_BYTES = 1_000_000
+NamedPart = TypeVar("NamedPart", bound=Part)
+
 NOT_ASKED = ("name", "title", "description")
 """Keys that name a requirement and say nothing of what it asks."""
 
@@ -27,19 +30,23 @@ def read_requirement(path: Path) -> Requirement:
     InputError
         The file cannot be read, is not TOML, or asks for something that cannot be: one line says what is allowed.
     """
-    content = read_toml(path)
-    content.setdefault("name", name_from(path))
-    return _validated(content, path)
+    return read_named_part(path, Requirement)
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """The content of a TOML file that somebody wrote.
+def read_named_part(path: Path, kind: type[NamedPart]) -> NamedPart:
+    """Read and validate a TOML file of a part that has a name. Without a ``name`` it is called after the file.
 
     Raises
     ------
     InputError
-        The file cannot be read or is not TOML: one line says why.
+        The file cannot be read, is not TOML, or holds something that cannot be: one line says what is allowed.
     """
+    content = _read_toml(path)
+    content.setdefault("name", _name_from(path))
+    return _validated(content, path, kind)
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
     text = read_text(path, largest_bytes=LARGEST_FILE_BYTES)
     try:
         return tomllib.loads(text)
@@ -94,7 +101,7 @@ def set_key(requirement: Requirement, key: str, value: object) -> Requirement:
         target[_index(target, last, key)] = value
     else:
         target[last] = value
-    return _validated(content, requirement.name)
+    return _validated(content, requirement.name, Requirement)
 
 
 def _child(target: Any, part: str, key: str) -> Any:
@@ -113,14 +120,14 @@ def _index(target: list[Any], part: str, key: str) -> int:
     return int(part)
 
 
-def _validated(content: dict[str, Any], source: Path | str) -> Requirement:
+def _validated(content: dict[str, Any], source: Path | str, kind: type[NamedPart]) -> NamedPart:
     try:
-        return Requirement.model_validate(content)
+        return kind.model_validate(content)
     except ValidationError as error:
         raise InputError(describe_validation_error(source, error)) from None
 
 
-def name_from(path: Path) -> str:
+def _name_from(path: Path) -> str:
     """A name that may name a folder, made of a file's."""
     name = re.sub(r"[^A-Za-z0-9_.-]+", "_", path.stem)[:100].lstrip(".-")
     return name or "requirement"

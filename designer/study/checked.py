@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 import zipfile
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -19,18 +18,6 @@ from designer.files import InputError, describe_validation_error, read_text
 from designer.imaging.endtoend.files import VERDICT, fingerprint
 
 Image = NDArray[np.uint8]
-
-_MAPS = (
-    "disparity",
-    "outcome",
-    "distance_mm",
-    "true_distance_mm",
-    "predicted",
-    "both_see",
-    "azimuth_deg",
-    "elevation_upper_deg",
-    "elevation_lower_deg",
-)
 
 
 class _Part(BaseModel):
@@ -93,15 +80,48 @@ AnyPart = TypeVar("AnyPart", bound=_Part)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class CheckMaps:
+    """What an end-to-end check measured at each pixel of the upper panorama, as ``check.npz`` holds it.
+
+    Attributes
+    ----------
+    disparity
+        Difference in row between the two panoramas (rows, columns), NaN where dropped.
+    outcome
+        Why each pixel was kept (0) or dropped (rows, columns): a ``MatchOutcome``.
+    distance_mm, true_distance_mm
+        Horizontal distance from the axis (rows, columns): measured, NaN where dropped; true, NaN where nothing is.
+    predicted
+        Standard deviation of the relative error that was predicted (rows, columns).
+    both_see
+        Whether both views see the point (rows, columns).
+    azimuth_deg
+        Azimuth of each column (columns,).
+    elevation_upper_deg, elevation_lower_deg
+        Elevation of each row (rows,), as each view has it.
+    """
+
+    disparity: NDArray[np.float64]
+    outcome: NDArray[np.uint8]
+    distance_mm: NDArray[np.float64]
+    true_distance_mm: NDArray[np.float64]
+    predicted: NDArray[np.float64]
+    both_see: NDArray[np.bool_]
+    azimuth_deg: NDArray[np.float64]
+    elevation_upper_deg: NDArray[np.float64]
+    elevation_lower_deg: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class CheckedDesign:
-    """A design and its check: the verdict, images, and maps (rows, columns) by name."""
+    """A design and its check: the verdict, images (rows, columns) and maps."""
 
     design: Design
     verdict: CheckVerdict
     raw: Image
     upper: Image
     lower: Image
-    maps: Mapping[str, NDArray[Any]]
+    maps: CheckMaps
 
     @property
     def passed(self) -> bool:
@@ -111,7 +131,7 @@ class CheckedDesign:
     @property
     def relative_error(self) -> NDArray[np.float64]:
         """(measured - true) / true distance, NaN where dropped or unknown."""
-        return np.asarray(self.maps["distance_mm"].astype(float) / self.maps["true_distance_mm"] - 1.0)
+        return np.asarray(self.maps.distance_mm / self.maps.true_distance_mm - 1.0)
 
 
 def read_check(folder: Path, design: Design) -> CheckedDesign | None:
@@ -160,10 +180,20 @@ def _read_grey(path: Path) -> Image:
     return np.asarray(image, dtype=np.uint8)
 
 
-def _read_maps(path: Path) -> dict[str, NDArray[Any]]:
+def _read_maps(path: Path) -> CheckMaps:
     try:
         with np.load(path, allow_pickle=False) as arrays:
-            return {name: arrays[name] for name in _MAPS}
+            return CheckMaps(
+                disparity=arrays["disparity"].astype(np.float64),
+                outcome=arrays["outcome"].astype(np.uint8),
+                distance_mm=arrays["distance_mm"].astype(np.float64),
+                true_distance_mm=arrays["true_distance_mm"].astype(np.float64),
+                predicted=arrays["predicted"].astype(np.float64),
+                both_see=arrays["both_see"].astype(np.bool_),
+                azimuth_deg=arrays["azimuth_deg"].astype(np.float64),
+                elevation_upper_deg=arrays["elevation_upper_deg"].astype(np.float64),
+                elevation_lower_deg=arrays["elevation_lower_deg"].astype(np.float64),
+            )
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     except KeyError as error:

@@ -15,8 +15,8 @@ from designer.requirement import NOT_ASKED, Requirement, read_requirement, requi
 from designer.study.columns import SCORE_COLUMNS
 from designer.study.folder import REQUIREMENT, RESULTS, read_rows
 from designer.study.row import frame_of
-from designer.study.sweep.export import axis_columns, read_sweep_results, requirement_of
 from designer.study.sweep.store import FILE_NAME
+from designer.study.sweep.tables import axis_columns, read_sweep_results, requirement_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ import copy
 import json
 import warnings
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from designer.cli import cli
+from designer.export.formats import EXPORTS
 from support import DATA
 
 Key = str | int
@@ -84,12 +86,12 @@ def spoiled(draw: st.DrawFn) -> dict[str, Any]:
     return record
 
 
-def ends_well(command: str, record: dict[str, Any], folder: Path) -> Result:
+def ends_well(command: str, record: dict[str, Any], folder: Path, *options: str) -> Result:
     path = folder / "design.json"
     path.write_text(json.dumps(record), encoding="utf-8")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        result = CliRunner().invoke(cli, [command, str(path)])
+        result = CliRunner().invoke(cli, [command, str(path), *options])
     assert result.exception is None or isinstance(result.exception, SystemExit), result.exc_info
     assert result.exit_code in ({0, 1, 2} if command == "trace" else {0, 2})
     if result.exit_code == 2:
@@ -128,3 +130,13 @@ def test_one_absurd_number(command: str, place: tuple[Key, ...], value: object, 
     result = ends_well(command, record, tmp_path)
     # A sensor as wide as the sky sees all that is asked; nonsense anywhere else is rejected.
     assert command == "evaluate" or result.exit_code == (0 if place[0] == "camera" else 1)
+
+
+@pytest.mark.parametrize(
+    "name", [name for name, entry in EXPORTS.items() if entry.package is None or find_spec(entry.package)]
+)
+@given(record=spoiled())
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_absurd_designs_are_exported_or_refused_in_one_line(name: str, record: dict[str, Any], tmp_path: Path):
+    out = tmp_path / f"{name}{EXPORTS[name].suffix if EXPORTS[name].one_file_for == 'design' else ''}"
+    ends_well("export", record, tmp_path, "--to", name, "-o", str(out))

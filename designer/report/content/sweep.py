@@ -15,8 +15,8 @@ from designer.report.figures.sweep_registry import HOW_GOOD, PARETO, SWEEP_FIGUR
 from designer.report.typst.glyphs import ELLIPSIS, missing_characters, without_characters
 from designer.report.typst.markup import DASH, call, cells, literal, number, text
 from designer.study.sweep.designs import sensitivities
-from designer.study.sweep.export import axis_columns, requirement_of
 from designer.study.sweep.store import read_store
+from designer.study.sweep.tables import axis_columns, requirement_of
 
 LISTED_WINNERS = 15
 # Multipliers are shown for so many winners, spread over the sweep.

@@ -67,7 +67,9 @@ def draw_check_maps(checked: CheckedDesign, width_mm: float) -> Figure:
     tall = across * rows / columns
     figure = new_figure(width_mm, 4 * tall + 3 * gap + bottom + top, constrained=False)
     total = 4 * tall + 3 * gap + bottom + top
-    upper, lower = (_limits(checked.maps[f"elevation_{name}_deg"]) for name in ("upper", "lower"))
+    upper, lower = (
+        _limits(elevations) for elevations in (checked.maps.elevation_upper_deg, checked.maps.elevation_lower_deg)
+    )
     strips = (
         ("upper panorama", _grey(checked.upper), upper, None),
         ("lower panorama", _grey(checked.lower), lower, None),
@@ -106,8 +108,8 @@ def draw_floor_plan(checked: CheckedDesign, width_mm: float, height_mm: float) -
     figure = new_figure(width_mm, height_mm)
     axes = figure.add_subplot()
     for distance, colour, label in (
-        (checked.maps["true_distance_mm"].astype(float), VERMILLION, "true"),
-        (checked.maps["distance_mm"].astype(float), INK, "measured"),
+        (checked.maps.true_distance_mm, VERMILLION, "true"),
+        (checked.maps.distance_mm, INK, "measured"),
     ):
         counts = _plan(checked, distance, (low, high), far)
         picture = np.zeros((*counts.shape, 4))
@@ -186,9 +188,9 @@ def draw_check_errors(checked: CheckedDesign, width_mm: float, height_mm: float)
 def errors_by_distance(checked: CheckedDesign) -> tuple[Floats, Floats, Floats, Floats]:
     """Distances (mm), and there the robust RMS measured, the predicted and the median relative error, all (n,)."""
     near, far = checked.design.working_volume.distance_mm
-    distance = checked.maps["true_distance_mm"].astype(float)
-    error, predicted = checked.relative_error, checked.maps["predicted"].astype(float)
-    kept = checked.maps["both_see"] & (checked.maps["outcome"] == 0) & np.isfinite(error)
+    distance = checked.maps.true_distance_mm
+    error, predicted = checked.relative_error, checked.maps.predicted
+    kept = checked.maps.both_see & (checked.maps.outcome == 0) & np.isfinite(error)
     rows = []
     edges = np.geomspace(near, far, _BINS + 1)
     for low, high in pairwise(edges):
@@ -202,8 +204,8 @@ def errors_by_distance(checked: CheckedDesign) -> tuple[Floats, Floats, Floats, 
 
 def _plan(checked: CheckedDesign, distance: Floats, slab: tuple[float, float], far: float) -> Floats:
     """How many points of a slab stand over each cell (y upwards, x to the right) of the floor."""
-    slope = np.tan(np.radians(checked.maps["elevation_upper_deg"]))[:, None]
-    azimuth = np.radians(checked.maps["azimuth_deg"])[None, :]
+    slope = np.tan(np.radians(checked.maps.elevation_upper_deg))[:, None]
+    azimuth = np.radians(checked.maps.azimuth_deg)[None, :]
     height = checked.design.views.upper.viewpoint_mm + distance * slope
     inside = np.isfinite(distance) & (height >= slab[0]) & (height <= slab[1])
     x, y = (distance * np.cos(azimuth))[inside], (distance * np.sin(azimuth))[inside]
@@ -212,7 +214,7 @@ def _plan(checked: CheckedDesign, distance: Floats, slab: tuple[float, float], f
 
 
 def _disparity_picture(checked: CheckedDesign, limits: tuple[float, float]) -> tuple[Any, tuple[float, float], Any]:
-    disparity = _reduced(checked.maps["disparity"].astype(float))
+    disparity = _reduced(checked.maps.disparity)
     known = np.isfinite(disparity)
     ends = np.percentile(disparity[known], (0.5, 99.5)) if known.any() else (0.0, 1.0)
     scale = ScalarMappable(Normalize(float(ends[0]), float(ends[1])), colormaps["viridis"])
@@ -222,8 +224,8 @@ def _disparity_picture(checked: CheckedDesign, limits: tuple[float, float]) -> t
 
 
 def _error_picture(checked: CheckedDesign, limits: tuple[float, float]) -> tuple[Any, tuple[float, float], Any]:
-    error = _reduced(checked.relative_error / checked.maps["predicted"].astype(float))
-    judged = _reduced(checked.maps["both_see"])
+    error = _reduced(checked.relative_error / checked.maps.predicted)
+    judged = _reduced(checked.maps.both_see)
     scale = ScalarMappable(Normalize(-ERROR_SIGMAS, ERROR_SIGMAS), colormaps["RdBu_r"])
     picture = scale.to_rgba(np.nan_to_num(error), bytes=True)
     picture[~np.isfinite(error)] = (150, 150, 150, 255)

@@ -28,7 +28,7 @@ from designer.report.figures.style import (
     VERMILLION,
     new_figure,
 )
-from designer.study.sweep.export import ASKED, pareto
+from designer.study.sweep.tables import ASKED, pareto
 
 # Colour and a letter say who wins, so that the maps read in grey too; what wins less often is grey.
 NAMED_COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY)

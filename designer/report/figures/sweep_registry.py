@@ -17,7 +17,7 @@ from designer.report.figures.sweep import (
     draw_winner_map,
     letters_of,
 )
-from designer.study.sweep.export import axis_columns, pareto
+from designer.study.sweep.tables import axis_columns, pareto
 
 WIDTH_MM = 168.0
 WHO_WINS, HOW_GOOD, PARETO = "who wins where", "how good the winner is", "Pareto fronts over the whole sweep"

@@ -7,10 +7,10 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, StrictStr, ValidationError, field_validator, model_validator
+from pydantic import Field, StrictStr, field_validator, model_validator
 
-from designer.files import InputError, describe_validation_error
-from designer.requirement import Requirement, name_from, read_requirement, read_toml, set_key
+from designer.files import InputError
+from designer.requirement import Requirement, read_named_part, read_requirement, set_key
 from designer.requirement.part import Part
 from designer.requirement.quantity import Quantity, refuse
 from designer.requirement.selection import nearest
@@ -192,12 +192,7 @@ def read_sweep(path: Path) -> tuple[SweepDefinition, Requirement]:
     InputError
         The file, the requirement or a key of an axis cannot be used: one line says why.
     """
-    content = read_toml(path)
-    content.setdefault("name", name_from(path))
-    try:
-        definition = SweepDefinition.model_validate(content)
-    except ValidationError as error:
-        raise InputError(describe_validation_error(path, error)) from None
+    definition = read_named_part(path, SweepDefinition)
     base = read_requirement(path.parent / definition.requirement)
     try:
         base = set_key(base, "name", definition.name)

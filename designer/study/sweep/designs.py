@@ -18,9 +18,9 @@ from designer.optimise.search import recall
 from designer.requirement import Requirement
 from designer.study.record import record_of
 from designer.study.sweep.definition import requirement_at
-from designer.study.sweep.export import requirement_of
 from designer.study.sweep.point import read_warm_starts
 from designer.study.sweep.store import read_store
+from designer.study.sweep.tables import requirement_of
 
 
 def design_at(folder: Path, point: int, configuration: str) -> Design:

@@ -16,11 +16,11 @@ from designer import __version__
 from designer.requirement import Requirement, requirement_to_json
 from designer.study.processes import Processes
 from designer.study.sweep.definition import SweepDefinition
-from designer.study.sweep.export import export_tables
 from designer.study.sweep.plan import check_points, plan_points
 from designer.study.sweep.point import TaskResult, chunks_of, solve_task
 from designer.study.sweep.schedule import Schedule, TaskKey
 from designer.study.sweep.store import Store, open_store
+from designer.study.sweep.tables import write_tables
 from designer.study.sweep.workers import Workers, local_workers
 
 # A task that takes its process down with it each time is not tried for ever.
@@ -92,7 +92,7 @@ def run_sweep(
         if schedule:
             with workers or local_workers(jobs) as crew:
                 _Sweep(base, {point.number: point.coordinates for point in points}, schedule, store, crew).run(progress)
-    export_tables(folder)
+    write_tables(folder)
 
 
 @dataclass(slots=True)

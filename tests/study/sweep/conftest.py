@@ -1,8 +1,8 @@
 import pytest
 
 from designer.study.sweep.definition import read_sweep
-from designer.study.sweep.export import read_sweep_results
 from designer.study.sweep.run import run_sweep
+from designer.study.sweep.tables import read_sweep_results
 from support import CONFIGS
 
 QUICK = """

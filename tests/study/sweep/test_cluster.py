@@ -7,8 +7,8 @@ import pytest
 
 from designer.files import InputError
 from designer.study.sweep.definition import read_sweep
-from designer.study.sweep.export import read_sweep_results
 from designer.study.sweep.run import run_sweep
+from designer.study.sweep.tables import read_sweep_results
 
 pytest.importorskip("distributed")
 

@@ -9,9 +9,9 @@ import pytest
 from designer.files import InputError
 from designer.study.sweep.definition import read_sweep
 from designer.study.sweep.designs import design_at
-from designer.study.sweep.export import read_sweep_results
 from designer.study.sweep.run import run_sweep
 from designer.study.sweep.store import FILE_NAME
+from designer.study.sweep.tables import read_sweep_results
 
 # The columns of ``results`` then; the table ``tasks`` called warm starts trails.
 # fmt: off

@@ -25,8 +25,8 @@ from designer.report.typst.glyphs import missing_characters
 from designer.requirement import set_key
 from designer.study.columns import SWEPT_COLUMNS
 from designer.study.compare import compare
-from designer.study.sweep.export import pareto, read_sweep_results, requirement_of
 from designer.study.sweep.store import FILE_NAME
+from designer.study.sweep.tables import pareto, read_sweep_results, requirement_of
 from designer.verify.judge import judge
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -12,9 +12,9 @@ import pytest
 
 from designer.files import InputError
 from designer.study.sweep.definition import read_sweep
-from designer.study.sweep.export import read_sweep_results
 from designer.study.sweep.run import run_sweep
 from designer.study.sweep.store import FILE_NAME, StoreError, open_store
+from designer.study.sweep.tables import read_sweep_results
 
 COMMAND = [sys.executable, "-c", "from designer.cli import main; main()", "sweep"]
 

@@ -11,8 +11,8 @@ from click.testing import CliRunner
 
 from designer.cli import cli
 from designer.study.sweep import cluster, run
-from designer.study.sweep.export import read_sweep_results
 from designer.study.sweep.store import FILE_NAME, read_store
+from designer.study.sweep.tables import read_sweep_results
 from designer.study.sweep.workers import local_workers
 from support import CONFIGS
 

@@ -108,7 +108,7 @@ def _ranks(frame: pd.DataFrame, base: Requirement, coordinates: dict[int, dict[s
     return ranks
 
 
-def export_tables(folder: Path) -> None:
+def write_tables(folder: Path) -> None:
     """Write results.csv and winners.csv, and both as Parquet if pyarrow is installed."""
     frame = read_sweep_results(folder)
     for name, table in ((RESULTS, frame), (WINNERS, winners(frame))):

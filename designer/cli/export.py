@@ -1,0 +1,46 @@
+"""``designer export``: a design in the formats of other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from designer.cli.imaging_options import design_argument
+from designer.files import InputError
+
+
+class _ListsFormats(click.Command):
+    """A command whose help ends with the table of formats, which is imported only when the help is asked for."""
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        from designer.export.formats import EXPORTS
+
+        with formatter.section("Formats"):
+            formatter.write_dl(
+                [
+                    (name, f"{entry.description}; {entry.written_as}; without {entry.leaves_out}")
+                    for name, entry in EXPORTS.items()
+                ]
+            )
+
+
+@click.command(cls=_ListsFormats)
+@design_argument
+@click.option("--to", "name", metavar="NAME", required=True, help="Format, one of those below.")
+@click.option("-o", "--out", type=click.Path(path_type=Path), required=True, help="File or folder to write.")
+def export(design: Path, name: str, out: Path) -> None:
+    """Write DESIGN.json in a format of another program, lengths in mm."""
+    from designer.export.formats import EXPORTS, check_target, export_design
+
+    check_target(name, out)
+    from designer.design import read_design
+
+    record = read_design(design)
+    try:
+        written = export_design(record, name, out)
+    except InputError as error:
+        raise InputError(f"{design}: {error}") from None
+    for path in written:
+        click.echo(f"{path} written")
+    click.echo(f"not in this format: {EXPORTS[name].leaves_out}")

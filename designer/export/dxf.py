@@ -1,0 +1,150 @@
+"""Half-profiles of the mirrors as a drawing (``.dxf``) for CAD: exact conics, in mm, to be revolved about the axis.
+
+The drawing's x is the distance from the axis, its y the height above the pinhole. An arc of a conic is exactly a
+rational Bezier curve of degree 2: its middle control point is where the tangents at its ends meet, and the weight of
+that point says which conic through these it is. With Q(p, p') = c (r r' + (1 + K) z z') - z - z', z measured from the
+vertex, whose zero at p = p' is the conic, that point P1 has Q(P0, P1) = Q(P2, P1) = 0, and the points
+P0 + 2 w t P1 + t^2 P2 lie on the conic if w^2 = -Q(P0, P2) / (2 Q(P1, P1)).
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from designer.design import Design, Mirror
+from designer.files import InputError
+from designer.trace.instrument import sag
+
+Point = tuple[float, float]
+
+# What every CAD program takes in the name of a layer.
+_LAYER_NAME = re.compile(r"[A-Za-z0-9_. -]{1,100}")
+# A drawing's own tolerance is some 1e-10 of its size.
+LARGEST_MM = 1e6
+_TEXT_HEIGHT_MM = 2.5
+
+
+@dataclass(frozen=True, slots=True)
+class ConicArc:
+    """A rational Bezier curve of degree 2: three control points (r, z) in mm, the middle one of weight ``weight``."""
+
+    points: tuple[Point, Point, Point]
+    weight: float
+
+
+def profile_arc(mirror: Mirror) -> ConicArc:
+    """The half-profile of a face from its inner to its outer rim; a plane's is straight, of weight 1.
+
+    Raises
+    ------
+    InputError
+        Rounding leaves no curve between the rims.
+    """
+    inner, outer = mirror.inner_radius_mm, mirror.outer_radius_mm
+    if mirror.radius_mm is None:
+        middle = (inner + outer) / 2.0
+        return ConicArc(((inner, mirror.vertex_mm), (middle, mirror.vertex_mm), (outer, mirror.vertex_mm)), weight=1.0)
+    curvature = 1.0 / mirror.radius_mm
+    squared = curvature * (1.0 + mirror.conic)
+    low, high = float(sag(mirror, inner)), float(sag(mirror, outer))
+    with np.errstate(all="ignore"):
+        tangents = np.array([[curvature * inner, squared * low - 1.0], [curvature * outer, squared * high - 1.0]])
+        try:
+            middle, height = np.linalg.solve(tangents, [low, high])
+        except np.linalg.LinAlgError:
+            middle = height = math.nan
+        across = curvature * inner * outer + squared * low * high - low - high
+        own = curvature * middle**2 + squared * height**2 - 2.0 * height
+        weight = float(np.sqrt(-across / (2.0 * own)))
+    if not (math.isfinite(weight) and weight > 0.0 and inner <= middle <= outer):
+        raise InputError(f"mirror {mirror.name}: its profile is too flat or too steep to be drawn as a conic")
+    ends = ((inner, mirror.vertex_mm + low), (outer, mirror.vertex_mm + high))
+    return ConicArc((ends[0], (float(middle), mirror.vertex_mm + float(height)), ends[1]), weight)
+
+
+def dxf_drawing(design: Design) -> dict[str, str]:
+    """The drawing, by the design's configuration. Each mirror has a layer for its face and one for its substrate.
+
+    Raises
+    ------
+    InputError
+        A profile or a name is none that a drawing can hold.
+    """
+    import ezdxf
+
+    _check(design)
+    # The time of writing and random identifiers would make every file of the same design another one.
+    before = ezdxf.options.write_fixed_meta_data_for_testing
+    ezdxf.options.write_fixed_meta_data_for_testing = True
+    try:
+        drawing = ezdxf.new("R2010", units=ezdxf.units.MM)
+        drawing.header["$MEASUREMENT"] = 1
+        for mirror in design.mirrors:
+            _draw_mirror(drawing, mirror)
+        _draw_notes(drawing, design)
+        stream = io.StringIO()
+        drawing.write(stream)
+    finally:
+        ezdxf.options.write_fixed_meta_data_for_testing = before
+    return {design.configuration: stream.getvalue()}
+
+
+def _check(design: Design) -> None:
+    names = [mirror.name.lower() for mirror in design.mirrors]
+    for mirror in design.mirrors:
+        if not _LAYER_NAME.fullmatch(mirror.name) or names.count(mirror.name.lower()) > 1:
+            raise InputError(
+                f"mirror {mirror.name!r}: cannot name a layer; use letters, digits, _, - and full stops, and no "
+                "two names that differ only in case"
+            )
+        largest = max(abs(mirror.vertex_mm), mirror.outer_radius_mm, mirror.thickness_mm)
+        rim = abs(float(sag(mirror, mirror.outer_radius_mm)))
+        if not (largest <= LARGEST_MM and rim <= LARGEST_MM):
+            raise InputError(f"mirror {mirror.name}: larger than a drawing can hold (at most {LARGEST_MM:g} mm)")
+
+
+def _draw_mirror(drawing: Any, mirror: Mirror) -> None:
+    face, blank = f"{mirror.name} face", f"{mirror.name} substrate"
+    drawing.layers.add(face, color=1)
+    drawing.layers.add(blank, color=8)
+    arc, space = profile_arc(mirror), drawing.modelspace()
+    back = tuple((r, z + mirror.back_offset_mm) for r, z in arc.points)
+    for points, layer in ((arc.points, face), (back, blank)):
+        if mirror.radius_mm is None:
+            space.add_line(points[0], points[2], dxfattribs={"layer": layer})
+        else:
+            curve = space.add_spline(dxfattribs={"layer": layer})
+            curve.set_open_rational([(r, z, 0.0) for r, z in points], [1.0, arc.weight, 1.0], degree=2)
+    for rim, behind in ((arc.points[0], back[0]), (arc.points[2], back[2])):
+        space.add_line(rim, behind, dxfattribs={"layer": blank})
+
+
+def _draw_notes(drawing: Any, design: Design) -> None:
+    """The axis, the pinhole, and what the drawing shows in words."""
+    drawing.layers.add("axis", color=5)
+    drawing.layers.add("notes", color=7)
+    rims = [mirror.vertex_mm + float(sag(mirror, mirror.outer_radius_mm)) for mirror in design.mirrors]
+    space = drawing.modelspace()
+    low, high = min(0.0, *rims), max(0.0, *rims)
+    space.add_line((0.0, low - 10.0), (0.0, high + 10.0), dxfattribs={"layer": "axis"})
+    space.add_point((0.0, 0.0), dxfattribs={"layer": "axis"})
+    lines = [
+        " ".join(design.configuration.split()),
+        "Half-profiles, all lengths in mm. x: distance from the axis; y: height above the pinhole (the point).",
+        *(
+            f"{mirror.name}: vertex {mirror.vertex_mm!r}, R {mirror.radius_mm if mirror.radius_mm else 'infinite'}, "
+            f"K {mirror.conic!r}, from radius {mirror.inner_radius_mm!r} to {mirror.outer_radius_mm!r}, "
+            f"reflecting side faces {mirror.faces}"
+            for mirror in design.mirrors
+        ),
+    ]
+    for number, line in enumerate(lines, 2):
+        place = (0.0, low - 10.0 - 2.0 * _TEXT_HEIGHT_MM * number)
+        text = space.add_text(line, height=_TEXT_HEIGHT_MM, dxfattribs={"layer": "notes"})
+        text.set_placement(place)

@@ -1,0 +1,181 @@
+"""The formats to which a design can be exported: one table, for the command and the Python interface."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from designer.design import Design
+from designer.export.dxf import dxf_drawing
+from designer.export.optiland import optiland_files
+from designer.export.povray import povray_scene
+from designer.export.sag import sag_tables
+from designer.export.zmx import zmx_files
+from designer.files import InputError, write_atomically
+
+_FILE_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
+
+
+@dataclass(frozen=True, slots=True)
+class ExportFormat:
+    """A format of another program.
+
+    Attributes
+    ----------
+    description
+        What the files hold and who reads them, for people.
+    suffix
+        How the file's name ends, with its dot.
+    one_file_for
+        What has a file of its own: each mirror or each view, in a folder, or the whole design.
+    contents
+        The text of each file, by the name of its mirror, its view or the design's configuration. Raises InputError
+        for a design that the format cannot hold, with the reason.
+    leaves_out
+        What the format has no place for in any design, and is therefore not in the files.
+    package
+        The Python package that ``contents`` imports, of an optional dependency named like the format; None if it needs
+        no more than the designer itself.
+    """
+
+    description: str
+    suffix: str
+    one_file_for: Literal["mirror", "view", "design"]
+    contents: Callable[[Design], Mapping[str, str]]
+    leaves_out: str
+    package: str | None = None
+
+    @property
+    def written_as(self) -> str:
+        """What ``designer export`` writes, in words."""
+        if self.one_file_for == "design":
+            return f"a file that ends in {self.suffix}"
+        return f"a folder with a {self.suffix} file for each {self.one_file_for}"
+
+
+EXPORTS: dict[str, ExportFormat] = {
+    "sag": ExportFormat(
+        description="table of radius, sag, slope and distance from the best-fit sphere, for the workshop",
+        suffix=".csv",
+        one_file_for="mirror",
+        contents=sag_tables,
+        leaves_out="the camera, the substrates and the light",
+    ),
+    "zmx": ExportFormat(
+        description="Zemax OpticStudio, sequential mode: sensor, ideal lens, mirrors and a wall in the scene",
+        suffix=".zmx",
+        one_file_for="view",
+        contents=zmx_files,
+        leaves_out="substrates, lens barrel and camera body, which can block light",
+    ),
+    "povray": ExportFormat(
+        description="POV-Ray scene: mirrors as exact quadrics, the camera in the pinhole, and a wall",
+        suffix=".pov",
+        one_file_for="design",
+        contents=povray_scene,
+        leaves_out="the lens (focus, blur and lost light): the camera is a pinhole",
+    ),
+    "optiland": ExportFormat(
+        description="optiland's JSON: the same system as zmx",
+        suffix=".json",
+        one_file_for="view",
+        contents=optiland_files,
+        leaves_out="substrates, lens barrel and camera body, which can block light",
+    ),
+    "dxf": ExportFormat(
+        description="half-profiles of the mirrors for CAD, as exact conics",
+        suffix=".dxf",
+        one_file_for="design",
+        contents=dxf_drawing,
+        leaves_out="the camera and the light",
+        package="ezdxf",
+    ),
+}
+"""Every format by its name on the command line."""
+
+
+def export_format(name: str) -> ExportFormat:
+    """The format of that name.
+
+    Raises
+    ------
+    InputError
+        There is none, or the package that it needs is not installed.
+    """
+    if name not in EXPORTS:
+        raise InputError(f"format {name!r}: must be one of {', '.join(EXPORTS)}")
+    found = EXPORTS[name]
+    if found.package is not None and importlib.util.find_spec(found.package) is None:
+        raise InputError(
+            f"format {name!r}: needs {found.package}; install it with: pip install 'catadioptric-designer[{name}]'"
+        )
+    return found
+
+
+def export_design(design: Design, name: str, target: Path) -> tuple[Path, ...]:
+    """Write a design in one of the formats; every file is complete, and none is written unless all can be.
+
+    Parameters
+    ----------
+    name
+        One of ``EXPORTS``.
+    target
+        A file for a format that holds the whole design in one, else a folder, in which each mirror or view has a
+        file of its name. It is made if it is absent; files that are already there are replaced.
+
+    Returns
+    -------
+    The files written.
+
+    Raises
+    ------
+    InputError
+        There is no such format, the format cannot hold the design, or the target does not fit the format.
+    """
+    check_target(name, target)
+    chosen = export_format(name)
+    contents = chosen.contents(design)
+    if chosen.one_file_for == "design":
+        files = dict.fromkeys([target], *contents.values())
+    else:
+        _check_names(chosen, contents)
+        files = {target / f"{part}{chosen.suffix}": text for part, text in contents.items()}
+        for path in files:
+            if path.is_dir():
+                raise InputError(f"{path}: is a folder; a file of this name is to be written")
+    for path, text in files.items():
+        write_atomically(path, text)
+    return tuple(files)
+
+
+def check_target(name: str, target: Path) -> None:
+    """Refuse a target to which a format cannot be written, before any work.
+
+    Raises
+    ------
+    InputError
+        There is no such format, or the target does not fit it.
+    """
+    chosen = export_format(name)
+    if chosen.one_file_for == "design":
+        if target.is_dir():
+            raise InputError(f"{target}: is a folder; {name} needs a file that ends in {chosen.suffix}")
+        if target.suffix.lower() != chosen.suffix:
+            raise InputError(f"{target}: must end in {chosen.suffix} for {name}")
+    elif target.exists() and not target.is_dir():
+        raise InputError(f"{target}: is a file; {name} needs a folder, for a file of each {chosen.one_file_for}")
+
+
+def _check_names(chosen: ExportFormat, contents: Mapping[str, str]) -> None:
+    """Names come from the design file: none may lead out of the folder, nor two to one file on any system."""
+    for part in contents:
+        if not _FILE_NAME.fullmatch(part):
+            raise InputError(
+                f"{chosen.one_file_for} {part!r}: cannot name a file; use letters, digits, _, - and full stops"
+            )
+    if len({part.lower() for part in contents}) < len(contents):
+        raise InputError(f"two names of a {chosen.one_file_for} differ only in case and would name one file")
