@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from designer.design import Design, ViewName
-from designer.evaluate.focus import focus_of_design
+from designer.evaluate.focus import ViewFocus, focus_of_design
 from designer.evaluate.noise import Matching
 from designer.optics.focus import Lens, blur_in_scene, light_path_of_design
 
@@ -75,8 +75,9 @@ def modulation_of_design(
     matcher = matching or Matching()
     focus, pitch = focus_of_design(design, elevations), design.camera.pixel_pitch_mm
     row = 2.0 * np.pi / matcher.columns
+    of_views: dict[ViewName, ViewFocus] = {"upper": focus.upper, "lower": focus.lower}
     views: dict[ViewName, ViewModulation] = {}
-    for name, view in (("upper", focus.upper), ("lower", focus.lower)):
+    for name, view in of_views.items():
         slope = np.tan(np.radians(view.elevations_deg))[:, None]
         mm_per_radian = 1.0 / blur_in_scene(light_path_of_design(design, name), slope, focus.lens, 1.0)
         patterns = []

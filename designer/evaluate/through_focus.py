@@ -12,7 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from designer.design import VIEW_NAMES, Design, ViewName
-from designer.evaluate.focus import ELEVATIONS, SHARP_BLUR_DEG, depth_of_field, focus_of_design, refocused
+from designer.evaluate.focus import (
+    ELEVATIONS,
+    SHARP_BLUR_DEG,
+    ViewFocus,
+    depth_of_field,
+    focus_of_design,
+    refocused,
+)
 from designer.optics.focus import blur_in_scene, chief_ray, lens_of_camera, light_path_of_design
 
 Array = NDArray[np.float64]
@@ -54,8 +61,9 @@ def largest_blur_through_focus(design: Design, reciprocal_focus: ArrayLike) -> M
     reciprocal = np.asarray(reciprocal_focus, dtype=float)
     focus = focus_of_design(design)
     lens = focus.lens
+    views: dict[ViewName, ViewFocus] = {"upper": focus.upper, "lower": focus.lower}
     found: dict[ViewName, Array] = {}
-    for name, view in (("upper", focus.upper), ("lower", focus.lower)):
+    for name, view in views.items():
         slope = np.tan(np.radians(view.elevations_deg))[:, None]
         path = light_path_of_design(design, name)
         largest = []
@@ -73,7 +81,7 @@ def sharp_range(
     """Depth of field of a view as focused: the distances that blur by no more than the limit, at each elevation."""
     limit = blur_limit_deg(design) if limit_deg is None else limit_deg
     lens, path = lens_of_camera(design.camera), light_path_of_design(design, view_name)
-    elevation = np.linspace(*getattr(design.views, view_name).elevation_deg, elevations)
+    elevation = np.linspace(*design.views.by_name[view_name].elevation_deg, num=elevations)
     slope = np.tan(np.radians(elevation))
     # Blur in the scene is in proportion to that on the sensor.
     largest_mm = np.radians(limit * _AT_THE_LIMIT) / blur_in_scene(path, slope, lens, 1.0)
