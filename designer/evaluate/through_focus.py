@@ -16,6 +16,7 @@ from designer.evaluate.focus import (
     ELEVATIONS,
     SHARP_BLUR_DEG,
     ViewFocus,
+    best_focus,
     depth_of_field,
     focus_of_design,
     refocused,
@@ -73,6 +74,23 @@ def largest_blur_through_focus(design: Design, reciprocal_focus: ArrayLike) -> M
             largest.append(np.max(np.abs(np.degrees(blur))))
         found[name] = np.reshape(largest, reciprocal.shape)
     return found
+
+
+def sharpest_focus(design: Design) -> tuple[float, float]:
+    """The reciprocal focus 1/u that makes the largest blur in the scene least, over both views, and that blur.
+
+    Nominal focal length and f-number are the lens's. The design's own focus may differ: it suits other goals too, or
+    none if nothing limits the blur.
+    """
+    focus = focus_of_design(design)
+    depths, weights = [], []
+    for name, view in (("upper", focus.upper), ("lower", focus.lower)):
+        slope = np.tan(np.radians(view.elevations_deg))[:, None]
+        weight = blur_in_scene(light_path_of_design(design, name), slope, focus.lens, 1.0)
+        depths.append(view.reciprocal_depths.ravel())
+        weights.append(np.broadcast_to(weight, view.reciprocal_depths.shape).ravel())
+    best = best_focus(np.concatenate(depths), np.concatenate(weights))
+    return best, max(float(largest) for largest in largest_blur_through_focus(design, best).values())
 
 
 def sharp_range(

@@ -20,6 +20,7 @@ from designer.evaluate.through_focus import (
     depth_of_field_of_design,
     largest_blur_through_focus,
     sharp_range,
+    sharpest_focus,
 )
 from designer.optics.focus import Lens, lens_of_camera
 from support.studied_designs import NAMES, studied_design
@@ -108,6 +109,15 @@ def test_a_view_blurs_by_the_limit_at_the_ends_of_its_depth_of_field(name, view)
         volume = design.working_volume.model_copy(update={"distance_mm": (end, end)})
         there = focus_of_design(design.model_copy(update={"working_volume": volume}))
         assert getattr(there, view).largest_blur_deg == pytest.approx(limit, rel=2e-3)
+
+
+@pytest.mark.parametrize("name", NAMES[:6])
+def test_no_focus_blurs_the_scene_less_than_the_sharpest(name):
+    design = studied_design(name)
+    best, blur = sharpest_focus(design)
+    others = largest_blur_through_focus(design, best * np.linspace(0.7, 1.3, 61))
+    assert np.maximum(others["upper"], others["lower"]).min() >= blur - 1e-9
+    assert blur <= focus_of_design(design).largest_blur_deg + 1e-9
 
 
 def test_a_design_is_sharp_where_both_views_are():
