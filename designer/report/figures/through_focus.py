@@ -72,6 +72,9 @@ def draw_depth_of_field(design: Design, width_mm: float, height_mm: float) -> Fi
         axes.fill_between(ends.elevations_deg, near_end, far_end, color=colour, alpha=0.12, linewidth=0.0)
         axes.plot(ends.elevations_deg, near_end, color=colour, linestyle=style, label=f"{name} view")
         axes.plot(ends.elevations_deg, far_end, color=colour, linestyle=style)
+    # Where a view is sharp nowhere, its elevations stay on the axis, empty.
+    ends_deg = [end for view in design.views.by_name.values() for end in view.elevation_deg]
+    axes.set_xlim(min(ends_deg) - 1.0, max(ends_deg) + 1.0)
     axes.set_yscale("log")
     axes.set_ylim(bottom / unit_mm, top / unit_mm)
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

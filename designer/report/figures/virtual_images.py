@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from numpy.typing import ArrayLike, NDArray
 
 from designer.design import VIEW_NAMES, Design, ViewName
 from designer.evaluate.focus import ViewFocus, focus_of_design, refocused
@@ -19,6 +20,8 @@ from designer.report.figures.style import GREY, INK, VIEW_COLOUR, new_figure
 from designer.report.typst.markup import plain_number
 
 ELEVATIONS = 81
+FARTHEST_MM = 2000.0
+"""Images beyond this depth, infinity included, are drawn there: nothing changes for the lens."""
 
 
 def draw_virtual_images(designs: Sequence[Design], width_mm: float, height_mm: float) -> Figure:
@@ -58,14 +61,20 @@ def _draw_design(axes: Axes, design: Design) -> None:
         )
         allowed_mm = np.radians(blur_limit_deg(design)) / blur_in_scene(path, slope, lens, 1.0)
         half = allowed_mm / (lens.pupil_diameter * lens.principal_distance)
-        nearest, farthest = 1.0 / (lens.reciprocal_focus + half), 1.0 / (lens.reciprocal_focus - half)
+        nearest, farthest = (_depth(lens.reciprocal_focus + side * half) for side in (1.0, -1.0))
         axes.fill_between(radius, nearest, farthest, color=GREY, alpha=0.25, linewidth=0.0)
         for index, style in enumerate(("-", "--")):
-            axes.plot(radius, 1.0 / view.reciprocal_depths[:, index], color=VIEW_COLOUR[name], linestyle=style)
-    axes.axhline(1.0 / lens.reciprocal_focus, color=GREY, linewidth=0.9, linestyle=":")
+            depth = _depth(view.reciprocal_depths[:, index])
+            axes.plot(radius, depth, color=VIEW_COLOUR[name], linestyle=style)
+    at = float(_depth(lens.reciprocal_focus))
+    axes.axhline(at, color=GREY, linewidth=0.9, linestyle=":")
     axes.grid(True)
     axes.set_xlim(left=0.0)
     axes.set_xlabel("image radius (px)")
-    axes.set_title(
-        f"{design.configuration}\nbest focus {1.0 / lens.reciprocal_focus:.0f} mm: blur up to {blur_deg:.2f}°"
-    )
+    told = f"{at:.0f} mm" if lens.reciprocal_focus > 1.0 / FARTHEST_MM else "far away"
+    axes.set_title(f"{design.configuration}\nbest focus {told}: blur up to {blur_deg:.2f}°")
+
+
+def _depth(reciprocal: ArrayLike) -> NDArray[np.float64]:
+    """Depths in mm, those beyond infinity (negative) drawn where the farthest are."""
+    return np.asarray(1.0 / np.maximum(np.asarray(reciprocal, dtype=float), 1.0 / FARTHEST_MM))
