@@ -67,6 +67,7 @@ class SweepResult:
     def sensitivities(self, points: list[int] | None = None) -> pd.DataFrame:
         """What one more unit of each key is worth to the winners, from the first stage's multipliers.
 
+        Millimetres, degrees and pixels, as the keys say; of a given f-number, one stop (a factor of the root of two).
         Points where nothing is feasible are left out.
 
         Raises
@@ -200,7 +201,8 @@ def compare(first: str | Path, second: str | Path) -> StudyComparison:
 def multipliers(requirement: Requirement, configuration: str) -> pd.Series[float]:
     """What one more unit of each key is worth to one configuration, from the first stage's multipliers.
 
-    The derivative of the least first objective by each key, in its unit for each unit of the key.
+    The derivative of the least first objective by each key, in its unit for each unit of the key: millimetres, degrees
+    and pixels, as the keys say, and stops (factors of the root of two) of a given f-number.
 
     Raises
     ------

@@ -7,6 +7,7 @@ while the same constraints hold the design.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -26,6 +27,11 @@ WHERE_IT_IS_ZERO = 1e-6
 # Solved again, an optimum comes back to within this, as a share.
 SAME_OPTIMUM = 1e-6
 
+F_NUMBER = "camera.lens.f_number"
+"""The f-number of the lens that a design has, whichever of a catalogue's it is; its unit is one stop."""
+F_NUMBERS_PER_STOP = math.log(2.0) / 2.0
+"""Change of an f-number with stops, as a share of itself: a stop halves the light, and f-numbers go with its root."""
+
 KEYS = (
     "envelope.height_mm",
     "envelope.diameter_mm",
@@ -42,6 +48,9 @@ KEYS = (
     "working_volume.elevation_deg.1",
     "working_volume.distance_mm.0",
     "working_volume.distance_mm.1",
+    "sharpness.max_blur_deg",
+    "sharpness.max_blur_px",
+    F_NUMBER,
 )
 """Keys that hold or shape a design in any requirement."""
 
@@ -58,7 +67,8 @@ def first_stage_multipliers(
     first
         A candidate as the search gives it.
     keys
-        Dotted names of numeric keys; those whose value cannot be moved both ways are left out.
+        Dotted names of numeric keys; those whose value is free, infinite or cannot be moved both ways are left out.
+        The unit of the f-number is one stop, a factor of the root of two; that of any other key is in its name.
 
     Returns
     -------
@@ -93,15 +103,19 @@ def number_at(requirement: Requirement, key: str) -> float | None:
 
 
 def _parameter_slopes(requirement: Requirement, first: Candidate, lens: int, key: str) -> NDArray[np.float64] | None:
-    value = number_at(requirement, key)
-    if value is None:
+    """Change of the program's parameters with a key, for one of its units; None if the key cannot be moved."""
+    is_catalogue = isinstance(requirement.camera.lens, tuple)
+    place = f"camera.lens.{lens}.f_number" if key == F_NUMBER and is_catalogue else key
+    value = number_at(requirement, place)
+    if value is None or math.isinf(value):
         return None
     step = KEY_STEP * abs(value) or WHERE_IT_IS_ZERO
     ends = []
     for moved in (value - step, value + step):
         try:
-            changed = set_key(requirement, key, moved)
+            changed = set_key(requirement, place, moved)
         except InputError:
             return None
         ends.append(problem_parameters(problem_of(changed, changed.camera.lenses[lens], first.problem.variant)))
-    return np.asarray((ends[1] - ends[0]) / (2.0 * step))
+    unit = F_NUMBERS_PER_STOP * value if key == F_NUMBER else 1.0
+    return np.asarray((ends[1] - ends[0]) / (2.0 * step)) * unit

@@ -10,6 +10,7 @@ import pandas as pd
 
 from designer.evaluate.depth import FIRST_ORDER_BOUND
 from designer.goals import GOALS
+from designer.optimise.multipliers import F_NUMBER
 from designer.report.figures.sweep import letters_of, short
 from designer.report.figures.sweep_registry import HOW_GOOD, PARETO, SWEEP_FIGURES, WHO_WINS, SweepTables
 from designer.report.typst.glyphs import ELLIPSIS, missing_characters, without_characters
@@ -22,6 +23,8 @@ LISTED_WINNERS = 15
 # Multipliers are shown for so many winners, spread over the sweep.
 SENSITIVITIES_SHOWN = 10
 SMALLEST_SLOPE_SHOWN = 1e-4
+SHOWN_STEPS = {"sharpness.max_blur_deg": (0.1, "max blur (0.1 deg)"), F_NUMBER: (1.0, "f-number (stop)")}
+"""Keys whose multipliers are shown for another step than one unit, in units, and how their columns are headed."""
 
 
 def legible(written: str) -> str:
@@ -135,6 +138,8 @@ def sensitivity_section(folder: Path, best: pd.DataFrame, goal: str) -> str:
     keys = [key for key in slopes.columns[2:] if slopes[key].abs().max() > 0.0]
     if slopes.empty or not keys:
         return ""
+    for key in set(keys) & SHOWN_STEPS.keys():
+        slopes[key] *= SHOWN_STEPS[key][0]
     weight = slopes[keys].abs().mean().sort_values(ascending=False)
     keys = [str(key) for key in weight.index[:8]]
     axes = axis_columns(best)
@@ -148,13 +153,15 @@ def sensitivity_section(folder: Path, best: pd.DataFrame, goal: str) -> str:
         ]
         for _, row in slopes.iterrows()
     ]
-    header = ", ".join(f"[#text({literal(short(key))})]" for key in keys)
+    headings = (SHOWN_STEPS[key][1] if key in SHOWN_STEPS else short(key) for key in keys)
+    header = ", ".join(f"[#text({literal(heading)})]" for heading in headings)
     return (
         "= Sensitivity to the requirement\n"
         + text(
-            f"Change of the minimum {objective}, in {unit}, per unit (mm, degree or pixel) of each key: the Lagrange "
-            f"multipliers of the first stage, at winners spread over the sweep. They apply as long as the same "
-            f"constraints are active. The number of the point is followed by its values of: "
+            f"Change of the minimum {objective}, in {unit}, per unit (mm, degree or pixel) of each key, per tenth of a "
+            f"degree of the largest blur allowed in the scene, and per stop (factor √2) of a given f-number: the "
+            f"Lagrange multipliers of the first stage, at winners spread over the sweep. They apply as long as the "
+            f"same constraints are active. The number of the point is followed by its values of: "
             f"{', '.join(short(axis) for axis in axes)}."
         )
         + "\n"

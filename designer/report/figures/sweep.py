@@ -47,7 +47,7 @@ def short(key: str) -> str:
     suffix = f" {side}" if side else ""
     if unit in {"mm", "px", "deg"}:
         return f"{allowed}{stem.replace('_', ' ')}{suffix} ({unit})"
-    return f"{allowed}{name.replace('_', ' ')}{suffix}"
+    return f"{allowed}{name.replace('f_number', 'f-number').replace('_', ' ')}{suffix}"
 
 
 def letters_of(winners: pd.DataFrame) -> dict[str, str]:

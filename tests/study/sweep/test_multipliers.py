@@ -1,11 +1,13 @@
-"""Multipliers against finite differences of whole searches, with the baseline free."""
+"""Multipliers against finite differences of whole searches."""
+
+import math
 
 import pytest
 
-from designer.optimise.multipliers import first_stage_multipliers, number_at
+from designer.optimise.multipliers import F_NUMBER, first_stage_multipliers, number_at
 from designer.optimise.search import search
 from designer.requirement import set_key
-from support.shipped_problems import however_blurred, shipped_requirement
+from support.shipped_problems import CONFIGURATIONS, however_blurred, shipped_requirement
 
 # (requirement, height of the envelope, mm; configuration): ten designs that the envelope holds.
 DESIGNS = [
@@ -52,3 +54,59 @@ def test_multipliers_agree_with_finite_differences(name, height, configuration):
         assert slope == pytest.approx(difference, rel=0.02)
         checked += 1
     assert checked >= 2
+
+
+BLUR_KEYS = ("sharpness.max_blur_deg", "sharpness.max_blur_px")
+SHARP = "folded-HyHy-Hy-upper_outer"
+"""A configuration whose depth error the limit of the blur holds up, at f/5.6 in the indoor robot's requirement."""
+
+
+def requirement_of_sharp_design(**changes):
+    requirement = set_key(shipped_requirement("indoor_robot"), "solve.starts", 3)
+    for key, value in changes.items():
+        requirement = set_key(requirement, key.replace("__", "."), value)
+    return requirement
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("changes", "keys"),
+    [
+        ({}, ("sharpness.max_blur_deg", F_NUMBER)),
+        ({"sharpness__max_blur_px": 3.0}, (*BLUR_KEYS, F_NUMBER)),
+        ({"noise_px": "predicted"}, ("sharpness.max_blur_deg", F_NUMBER)),
+    ],
+    ids=["angle", "angle and sensor", "predicted noise"],
+)
+def test_what_blur_and_a_stop_are_worth_agrees_with_finite_differences(changes, keys):
+    requirement, chosen = requirement_of_sharp_design(**changes), CONFIGURATIONS[SHARP]
+    found = search(requirement, chosen)
+    assert found.first is not None
+    slopes = first_stage_multipliers(requirement, found.first)
+    assert slopes is not None
+
+    def least_error(key, value):
+        return search(set_key(requirement, key, value), chosen, found.warm_starts).first.goals["depth_error"]
+
+    for key in keys:
+        value = number_at(requirement, key)
+        # A stop multiplies the f-number by the root of two.
+        low, high = value * (1.0 - STEP), value * (1.0 + STEP)
+        unit = 2.0 * math.log2(high / low) if key == F_NUMBER else high - low
+        difference = (least_error(key, high) - least_error(key, low)) / unit
+        assert abs(difference) * (1.0 if key == F_NUMBER else value) > 1e-3 * found.first.goals["depth_error"]
+        assert slopes[key] == pytest.approx(difference, rel=0.02)
+
+
+def test_what_is_infinite_or_free_has_no_multiplier_and_a_stop_is_that_of_the_chosen_lens():
+    requirement, chosen = requirement_of_sharp_design(), CONFIGURATIONS[SHARP]
+    found = search(requirement, chosen)
+    slopes = first_stage_multipliers(requirement, found.first)
+    assert set(BLUR_KEYS) & set(slopes) == {"sharpness.max_blur_deg"}
+    lens = requirement.camera.lens
+    dark = lens.model_copy(update={"name": "another", "f_number": 16.0})
+    catalogue = requirement.model_copy(update={"camera": requirement.camera.model_copy(update={"lens": (dark, lens)})})
+    assert first_stage_multipliers(catalogue, found.first)[F_NUMBER] == pytest.approx(slopes[F_NUMBER], rel=1e-6)
+    stopped = set_key(requirement, "camera.lens.f_number", [5.6, 5.61])
+    assert number_at(stopped, F_NUMBER) is None
+    assert F_NUMBER not in first_stage_multipliers(stopped, search(stopped, chosen, found.warm_starts).first)

@@ -118,6 +118,7 @@ def test_axis_titles_say_unit_and_end():
     assert short("asked.envelope.height_mm") == "allowed height (mm)"
     assert short("asked.working_volume.elevation_deg.1") == "elevation (high) (deg)"
     assert short("height_mm") == "height (mm)"
+    assert short("camera.lens.f_number") == "f-number"
 
 
 def test_cells_of_a_map_touch_however_uneven_the_levels():
