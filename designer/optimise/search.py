@@ -10,7 +10,7 @@ from __future__ import annotations
 import zlib
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
@@ -35,6 +35,7 @@ from designer.optimise.multistart import (
 from designer.optimise.problem import Array, Problem
 from designer.optimise.screening import LARGE_GAIN_SHARE, screen
 from designer.optimise.separating_directions import SeparatingDirections
+from designer.optimise.shortfall import Shortfall, shortfalls_of
 from designer.optimise.solver import SOLVED, STALLED, Target
 from designer.optimise.specification import specification_of
 from designer.optimise.variables import SMALLEST_GAIN_SHARE, bounds_of, free_ranges, with_principal_distance
@@ -46,20 +47,6 @@ MOST_DESIGNS_IN_SECOND_STAGE = 6
 # Before a configuration is called infeasible, so many times more starts are tried, with small gains too, which waste
 # the image but let the light pass where large ones do not.
 MORE_STARTS_IF_INFEASIBLE = 2
-
-# Violations within this share of the largest are as large.
-TIED = 1e-3
-
-
-@dataclass(frozen=True, slots=True)
-class Shortfall:
-    """A constraint that fails most at the point of least largest violation, the first by name, in its own unit."""
-
-    constraint: str
-    amount: float
-    unit: str
-    scaled: float
-    variant: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +72,8 @@ class SearchResult:
 
     ``first`` is the best design by the first objective, ``best`` the one after the second stage; both None unless
     the status is feasible. ``statuses`` counts what the solver said; ``warm_starts`` has one entry for each lens and
-    variant that is not impossible by rule.
+    variant that is not impossible by rule. ``by_lens`` has what each lens of a catalogue gives as the only one, in the
+    requirement's order, the chosen lens what is found here; empty unless it was asked for.
     """
 
     configuration: Configuration
@@ -96,6 +84,7 @@ class SearchResult:
     shortfall: Shortfall | None = None
     statuses: dict[str, int] = field(default_factory=dict)
     warm_starts: tuple[WarmStart, ...] = ()
+    by_lens: tuple[SearchResult, ...] = ()
 
     @property
     def solves(self) -> int:
@@ -119,30 +108,57 @@ def fixed_parameters(requirement: Requirement) -> dict[str, float]:
     return given
 
 
-def search(requirement: Requirement, configuration: Configuration, known: Sequence[WarmStart] = ()) -> SearchResult:
+def search(
+    requirement: Requirement,
+    configuration: Configuration,
+    known: Sequence[WarmStart] = (),
+    *,
+    each_lens: bool = False,
+) -> SearchResult:
     """Find the best design of one configuration, or say why there is none.
 
     With the warm starts of a neighbouring requirement, each variant starts from where it ended there, and from
-    screened designs only where that fails though it succeeded there.
+    screened designs only where that fails though it succeeded there. With ``each_lens`` the result also tells what
+    every lens of a catalogue gives.
     """
+    lenses = requirement.camera.lenses
     fixed = fixed_parameters(requirement)
     conflict = why_fixed_conflicts(configuration, fixed)
     if conflict is not None:
-        return SearchResult(configuration, "impossible", conflict)
+        nothing = SearchResult(configuration, "impossible", conflict)
+        return replace(nothing, by_lens=(nothing,) * len(lenses)) if each_lens and len(lenses) > 1 else nothing
     by_branch = {(start.lens, start.variant): start for start in known}
-    reasons: list[str] = []
+    reasons: dict[int, list[str]] = {index: [] for index in range(len(lenses))}
     branches: list[_Branch] = []
     for (lens_index, lens), (variant_index, variant) in product(
-        enumerate(requirement.camera.lenses), enumerate(enumerate_variants(configuration))
+        enumerate(lenses), enumerate(enumerate_variants(configuration))
     ):
         reason = why_impossible(variant, specification_of(requirement, lens), free_ranges(requirement, lens))
         if reason is not None:
-            reasons.append(reason)
+            reasons[lens_index].append(reason)
             continue
         task, warm_start = _task(requirement, lens, variant), by_branch.get((lens_index, variant_index))
         branch = _Branch(lens_index, variant_index, task, known=warm_start)
         _first_stage(requirement, branch)
         branches.append(branch)
+    every_reason = [reason for of_lens in reasons.values() for reason in of_lens]
+    result = _conclude(requirement, configuration, branches, every_reason)
+    if not each_lens or len(lenses) == 1:
+        return result
+    chosen = lenses.index(result.best.lens) if result.best is not None else None
+    by_lens = tuple(
+        result
+        if index == chosen
+        else _conclude(requirement, configuration, [each for each in branches if each.lens == index], reasons[index])
+        for index in reasons
+    )
+    return replace(result, by_lens=by_lens)
+
+
+def _conclude(
+    requirement: Requirement, configuration: Configuration, branches: list[_Branch], reasons: Sequence[str]
+) -> SearchResult:
+    """What the first stage's branches come to, after the second stage if any has a design."""
     if not branches:
         return SearchResult(configuration, "impossible", "; ".join(dict.fromkeys(reasons)))
     if not any(branch.designs for branch in branches):
@@ -358,7 +374,7 @@ def _infeasible(configuration: Configuration, branches: list[_Branch]) -> Search
         said = ", ".join(f"{status} ({count})" for status, count in statuses.items())
         return SearchResult(configuration, "failed", f"the solver never converged: {said}", statuses=statuses)
     misses = [branch.miss for branch in branches if branch.miss is not None]
-    tied = _shortfalls(min(misses, key=lambda miss: miss.violation))
+    tied = shortfalls_of(min(misses, key=lambda miss: miss.violation))
     variant = f" ({tied[0].variant})" if tied[0].variant else ""
     missed = "; equally, ".join(f"{short.constraint} by {short.amount:.3g} {short.unit}" for short in tied)
     return SearchResult(
@@ -369,15 +385,3 @@ def _infeasible(configuration: Configuration, branches: list[_Branch]) -> Search
         statuses=statuses,
         warm_starts=tuple(branch.warm_start("depth_error") for branch in branches),
     )
-
-
-def _shortfalls(miss: Candidate) -> list[Shortfall]:
-    """The constraints that fail most, by name: several tie where the largest violation is least, in no fixed order."""
-    evaluation, variant = miss.evaluation, miss.problem.variant.label
-    failing = np.flatnonzero(evaluation.violations[:, 0] >= (1.0 - TIED) * evaluation.violations[:, 0].max())
-    # A constraint on both ends of a zone has one name for the two.
-    amounts = {
-        evaluation.names[index]: (abs(float(evaluation.amounts[index, 0])), evaluation.units[index])
-        for index in failing
-    }
-    return [Shortfall(name, *amounts[name], miss.violation, variant) for name in sorted(amounts)]
