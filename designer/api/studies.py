@@ -21,11 +21,15 @@ SHOWN_ROWS = 10
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class StudyResult:
-    """A study: its requirement, its table (a row for each configuration, best first), its designs by name."""
+    """A study: its requirement, its table (a row for each configuration, best first), its designs by name.
+
+    ``lenses`` tells what each lens of a catalogue gives: a row for each configuration and lens, none with one lens.
+    """
 
     requirement: Requirement
     table: pd.DataFrame
     designs: dict[str, Design]
+    lenses: pd.DataFrame
 
     @property
     def best(self) -> Design | None:
@@ -165,12 +169,13 @@ def study(requirement: Requirement, only: tuple[str, ...] = (), jobs: int | None
     InputError
         A name or pattern matches none of the requirement's configurations.
     """
+    from designer.study.folder import lens_frame
     from designer.study.process_pool import cores
     from designer.study.row import frame_of
     from designer.study.run import solve_study
 
     solved = solve_study(requirement, jobs=jobs or cores(), only=only)
-    return StudyResult(solved.requirement, frame_of(solved.rows), dict(solved.designs))
+    return StudyResult(solved.requirement, frame_of(solved.rows), dict(solved.designs), lens_frame(solved.lenses))
 
 
 def sweep(definition: str | Path, folder: str | Path, jobs: int | None = None) -> SweepResult:

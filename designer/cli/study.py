@@ -155,6 +155,7 @@ def _result(found: Study, folder: Path, pdf: Path | None) -> str:
 
     parts = [*_ranking(found), _counts(found)]
     if found.feasible:
+        parts += _lenses(found)
         parts += _notes_on_best(found, folder, pdf)
     parts.append(f"{pdf or folder / RESULTS}")
     return "\n".join(parts)
@@ -182,6 +183,42 @@ def _ranking(found: Study) -> list[str]:
     if len(shown) > 1:
         parts.append(_how_ranked(found.requirement.objective))
     return parts
+
+
+def _lenses(found: Study) -> list[str]:
+    """What each lens of a catalogue gives in the best design's configuration, as a table; nothing with one lens."""
+    from designer.cli.table import format_table
+
+    winner = found.feasible[0].configuration
+    rows = found.lenses_of(winner)
+    if not rows:
+        return []
+    header = ("lens", "status", "depth error", "height mm", "f-number", "focused at mm", "largest blur px")
+    lines = []
+    for row in rows:
+        is_feasible = row.status == "feasible"
+        error = "-" if row.depth_error_rms is None else f"{100 * row.depth_error_rms:.3f} %"
+        at = "infinity" if is_feasible and row.focus_distance_mm is None else _decimal(row.focus_distance_mm, 0)
+        lines.append(
+            (
+                row.lens,
+                "chosen" if is_feasible and row.is_chosen else row.status,
+                error,
+                _decimal(row.height_mm, 1),
+                _decimal(row.f_number, 2),
+                at,
+                _decimal(row.largest_blur_px, 1),
+            )
+        )
+    return [
+        f"lenses for the best design ({winner}), each as if it were the only one:",
+        format_table(header, lines, right=header[2:]),
+        *(f"{row.lens}: {row.reason}" for row in rows if row.reason),
+    ]
+
+
+def _decimal(value: float | None, decimals: int) -> str:
+    return "-" if value is None else f"{value:.{decimals}f}"
 
 
 def _counts(found: Study) -> str:

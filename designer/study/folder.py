@@ -1,7 +1,8 @@
 """A study's folder, written file by file, each whole or not at all, and read back: the only place that knows its files.
 
 ``designs.csv`` (a row for each configuration), ``designs/`` (a file for each feasible design), ``fronts.csv`` (Pareto
-fronts), ``requirement.toml``, ``provenance.json`` (written last), ``checks/``, ``study.pdf`` and ``figures/``.
+fronts), ``lenses.csv`` (what each lens of a catalogue gives), ``requirement.toml``, ``provenance.json`` (written last),
+``checks/``, ``study.pdf`` and ``figures/``.
 """
 
 from __future__ import annotations
@@ -28,11 +29,12 @@ from designer.files import InputError, as_json, read_text, write_atomically
 from designer.requirement import Requirement, read_requirement, requirement_to_toml
 from designer.study.columns import STATUSES
 from designer.study.row import Row, frame_of, read_row
-from designer.study.study import ParetoRow, Study
+from designer.study.study import LensRow, ParetoRow, Study
 
 RESULTS = "designs.csv"
 DESIGNS = "designs"
 PARETO = "fronts.csv"
+LENSES = "lenses.csv"
 REQUIREMENT = "requirement.toml"
 PROVENANCE = "provenance.json"
 CHECKS = "checks"
@@ -79,6 +81,10 @@ def write_study(study: Study, folder: Path) -> None:
     write_atomically(folder / REQUIREMENT, requirement_to_toml(study.requirement))
     write_atomically(folder / RESULTS, frame_of(study.rows).to_csv(index=False))
     write_atomically(folder / PARETO, pareto_frame(study.pareto).to_csv(index=False))
+    if study.lenses:
+        write_atomically(folder / LENSES, lens_frame(study.lenses).to_csv(index=False))
+    else:
+        (folder / LENSES).unlink(missing_ok=True)
     write_atomically(folder / PROVENANCE, json.dumps(study.provenance, indent=2) + "\n")
 
 
@@ -100,6 +106,11 @@ def write_report(folder: Path, pdf: bytes, figures: Mapping[str, bytes]) -> Path
 def pareto_frame(pareto: Sequence[ParetoRow]) -> pd.DataFrame:
     """One row for each point of the Pareto fronts."""
     return pd.DataFrame([astuple(row) for row in pareto], columns=[field.name for field in fields(ParetoRow)])
+
+
+def lens_frame(lenses: Sequence[LensRow]) -> pd.DataFrame:
+    """One row for each configuration and lens of a catalogue."""
+    return pd.DataFrame([astuple(row) for row in lenses], columns=[field.name for field in fields(LensRow)])
 
 
 def provenance_of(requirement: Requirement, elapsed_seconds: float) -> dict[str, JsonValue]:
@@ -137,7 +148,8 @@ def read_study(folder: Path) -> Study:
     }
     pareto = _read_pareto(folder / PARETO) if (folder / PARETO).exists() else ()
     provenance = _read_json(folder / PROVENANCE) if (folder / PROVENANCE).exists() else {}
-    return with_checks(Study(requirement, rows, designs, pareto, provenance), folder)
+    lenses = _read_lenses(folder / LENSES) if (folder / LENSES).exists() else ()
+    return with_checks(Study(requirement, rows, designs, pareto, provenance, lenses=lenses), folder)
 
 
 def with_checks(study: Study, folder: Path) -> Study:
@@ -233,6 +245,28 @@ def _read_pareto(path: Path) -> tuple[ParetoRow, ...]:
             )
         )
     return tuple(points)
+
+
+def _read_lenses(path: Path) -> tuple[LensRow, ...]:
+    texts = ("configuration", "number", "lens", "is_chosen", "status", "reason")
+    numbers = [field.name for field in fields(LensRow) if field.name not in texts]
+    rows = []
+    for record in _read_records(path, texts):
+        number = record["number"]
+        if not number.isdecimal():
+            raise InputError(f"{path}: number = {number!r}: must be the number of a lens")
+        rows.append(
+            LensRow(
+                configuration=record["configuration"],
+                number=int(number),
+                lens=record["lens"],
+                is_chosen=record["is_chosen"] == "True",
+                status=record["status"],
+                reason=record["reason"],
+                **{name: _number(record.get(name, "")) for name in numbers},
+            )
+        )
+    return tuple(rows)
 
 
 def _read_records(path: Path, needed: tuple[str, ...]) -> list[dict[str, str]]:

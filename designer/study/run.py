@@ -69,6 +69,7 @@ def solve_study(
         {result.row.configuration: result.design for result in results if result.design is not None},
         tuple(pareto),
         provenance_of(requirement, time.perf_counter() - started),
+        lenses=tuple(row for result in results for row in result.lenses),
     )
 
 

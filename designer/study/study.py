@@ -30,12 +30,38 @@ class ParetoRow:
 
 
 @dataclass(frozen=True, slots=True)
+class LensRow:
+    """One row of ``lenses.csv``: what a configuration reaches with one lens of the requirement's catalogue alone.
+
+    ``number`` counts the lenses from 1, ``lens`` is the lens's name, or its number where it has none. The chosen lens
+    has the numbers of the configuration's design. A lens focused at infinity has no focus distance; numbers are None
+    where nothing is feasible.
+    """
+
+    configuration: str
+    number: int
+    lens: str
+    is_chosen: bool
+    status: str
+    depth_error_rms: float | None = None
+    height_mm: float | None = None
+    diameter_mm: float | None = None
+    f_number: float | None = None
+    focus_distance_mm: float | None = None
+    largest_blur_px: float | None = None
+    largest_blur_deg: float | None = None
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Study:
     """The outcome of a study.
 
     ``rows`` has one row for each configuration, best first; ``designs`` the feasible ones by configuration, in the same
     order; ``pareto`` the Pareto fronts of the best; ``provenance`` where the results come from, as JSON. ``checked``
     holds the end-to-end checks by configuration, ``unchecked`` the reason for each design whose check broke down.
+    ``lenses`` has a row for each configuration and lens of a catalogue, in the order of ``rows``, then of the
+    requirement; none if there is one lens only.
     """
 
     requirement: Requirement
@@ -45,6 +71,7 @@ class Study:
     provenance: Mapping[str, JsonValue] = field(default_factory=dict)
     checked: Mapping[str, CheckedDesign] = field(default_factory=dict)
     unchecked: Mapping[str, str] = field(default_factory=dict)
+    lenses: tuple[LensRow, ...] = ()
 
     @property
     def name(self) -> str:
@@ -80,6 +107,10 @@ class Study:
         return tuple(
             (row, self.unchecked[row.configuration]) for row in self.feasible if row.configuration in self.unchecked
         )
+
+    def lenses_of(self, configuration: str) -> tuple[LensRow, ...]:
+        """What each lens of a catalogue gives in one configuration; none if there is one lens only."""
+        return tuple(row for row in self.lenses if row.configuration == configuration)
 
     def row(self, configuration: str) -> Row | None:
         """The row of one configuration, or None."""

@@ -18,6 +18,7 @@ from designer.report.content.tables import (
     closest,
     excluded,
     fabrication,
+    lens_choice,
     paper_comparison,
     prescription,
     ranking,
@@ -85,10 +86,20 @@ def title_page(study: Study, note: str = "") -> str:
         f"#align(center, block(width: 88%, text(size: 8.5pt, fill: grey, {literal(note)})))" if note else "",
         "= Verdict",
         verdict(study),
+        lenses(study),
         "= Requirement",
         requirement_table(study),
     ]
     return "\n".join(lines)
+
+
+def lenses(study: Study) -> str:
+    """What each lens of a catalogue gives in the winning configuration; nothing with one lens."""
+    rows = study.lenses_of(study.feasible[0].configuration) if study.feasible else ()
+    if not rows:
+        return ""
+    note = text("What the winning configuration reaches with each lens alone; lenses.csv has all configurations.")
+    return f"= Lenses <lenses>\n{note}\n{lens_choice(rows)}"
 
 
 def requirement_table(study: Study) -> str:

@@ -9,6 +9,7 @@ from designer.design import Design
 from designer.evaluate.fabrication import mirror_shape
 from designer.report.typst.markup import DASH, call, cell, cells, literal, number, text, typographic
 from designer.study.row import Row
+from designer.study.study import LensRow
 
 # Joins the constraints of a reason that are equally violated.
 _EQUALLY = "; equally, "
@@ -190,6 +191,43 @@ def closest(rows: Iterable[Row]) -> str:
             ]
             for row in known
         ),
+    )
+
+
+def lens_choice(rows: Iterable[LensRow]) -> str:
+    """What each lens of a catalogue gives in one configuration: its numbers, or why nothing is feasible with it."""
+    rows = tuple(rows)
+    decimals = percent_decimals((row.depth_error_rms for row in rows), significant=3)
+    body = []
+    for row in rows:
+        head = [cell(row.number), cell(row.lens)]
+        if row.status != "feasible":
+            reason = typographic(f"{row.status}: {_shortened(row.reason) or 'no reason given'}")
+            body.append([*head, f"table.cell(colspan: 7, align: left, {cell(reason)})"])
+            continue
+        at = "infinity" if row.focus_distance_mm is None else number(row.focus_distance_mm, 0)
+        values = [
+            "chosen" if row.is_chosen else "feasible",
+            percent(row.depth_error_rms, decimals),
+            number(row.height_mm, 1),
+            number(row.f_number, 2),
+            at,
+            number(row.largest_blur_deg, 2),
+            number(row.largest_blur_px, 1),
+        ]
+        body.append([*head, *(cell(value) for value in values)])
+    header = (
+        "[], [lens], [status], [$sigma_D\\/D$\\ (%)], [height\\ (mm)], [f-number], [focused\\ at (mm)], "
+        "[largest\\ blur (°)], [largest\\ blur (px)],"
+    )
+    return call(
+        "ruled",
+        columns="(auto, 1fr) + (auto,) * 7",
+        align="(right, left, left) + (right,) * 6",
+        header=f"({header})",
+        rows="(" + "".join(f"({''.join(part + ', ' for part in parts)}), " for parts in body) + ")",
+        size="8pt",
+        inset="(x: 1.1mm, y: 0.95mm)",
     )
 
 
