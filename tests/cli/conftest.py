@@ -47,7 +47,7 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
         rows = read_rows(out_dir)
         ranked = tuple(row.with_values(rank=place) for place, row in enumerate(rows, 1) if row.status == "feasible")
         designs = {row.configuration: best for row in ranked}
-        return Study(requirement, (*ranked, *rows[len(ranked) :]), designs)
+        return Study(requirement, (*ranked, *rows[len(ranked) :]), designs, lenses=seen.lenses)
 
     def write_pdf(study: Study, study_dir: Path, tell: Callable[[str], None] | None) -> Path:
         seen.reports.append(study_dir)

@@ -4,11 +4,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from designer.requirement import Requirement
+from designer.study.study import LensRow
 
 
 @dataclass
 class Calls:
-    """The arguments of every call, in order, the table that the study writes, and the notes on its best design."""
+    """The arguments of every call, in order, the tables of the study, and the notes on its best design."""
 
     designs: str
     requirements: list[Requirement] = field(default_factory=list)
@@ -18,3 +19,4 @@ class Calls:
     checks: list[list[str]] = field(default_factory=list)
     reports: list[Path] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    lenses: tuple[LensRow, ...] = ()

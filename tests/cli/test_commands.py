@@ -14,6 +14,7 @@ from designer.cli import cli
 from designer.configurations import enumerate_configurations
 from designer.design import read_design, write_design
 from designer.requirement import read_requirement
+from designer.study.study import LensRow
 from support import DATA
 
 NAMES = [configuration.name for configuration in enumerate_configurations()]
@@ -117,6 +118,23 @@ def test_a_ranking_of_several_says_how_it_was_made(asked: Path, calls: Calls) ->
         "ranking: designs whose lowest depth error is within 1 % of the best are ranked by height, the others by depth "
         "error; values are shown after trading up to 1 % of depth error for height"
     )
+
+
+def test_a_study_of_several_lenses_says_what_each_reaches(asked: Path, calls: Calls) -> None:
+    winner, other = "folded-HyPl-Hy-upper_outer", "folded-HyPl-Hy-upper_inner"
+    calls.lenses = (
+        LensRow(winner, 1, "8 mm", False, "feasible", 0.0157, 121.3, 60.0, 5.6, None, 4.2, 0.5),
+        LensRow(winner, 2, "12 mm", True, "feasible", 0.0123, 118.2, 61.5, 5.6, 145.3, 5.54, 0.5),
+        LensRow(winner, 3, "25 mm", False, "infeasible", reason="blur of the upper view by 33.7 px"),
+        LensRow(other, 1, "8 mm", False, "impossible", reason="no room"),
+    )
+    lines = run("study", asked).stdout.splitlines()
+    assert lines[4] == f"lenses for the best design ({winner}), each as if it were the only one:"
+    assert lines[7].split() == ["8", "mm", "feasible", "1.570", "%", "121.3", "5.60", "infinity", "4.2"]
+    assert lines[8].split() == ["12", "mm", "chosen", "1.230", "%", "118.2", "5.60", "145", "5.5"]
+    assert lines[9].split() == ["25", "mm", "infeasible", "-", "-", "-", "-", "-"]
+    assert lines[10] == "25 mm: blur of the upper view by 33.7 px"
+    assert lines[11] == "reports/my/study.pdf"
 
 
 def test_fabrication_notes_on_the_best_design_are_pointed_at(asked: Path, calls: Calls) -> None:

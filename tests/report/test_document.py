@@ -26,6 +26,7 @@ from designer.report.typst.glyphs import missing_characters
 from designer.report.typst.markup import cell, typographic
 from designer.report.typst.pdf import typeset
 from designer.study.folder import read_study
+from designer.study.study import LensRow
 
 SQUARE = b'<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><rect width="9" height="9"/></svg>'
 
@@ -65,6 +66,26 @@ def test_all_44_stand_in_the_ranking_with_status_and_reason(folder: Path) -> Non
     without_reason = [row for row in study.rows if row.status != "feasible" and not row.reason]
     assert not without_reason
     assert table.count("impossible") == len(study.with_status("impossible"))
+
+
+def test_the_lenses_of_a_catalogue_are_compared_for_the_winner_alone(folder: Path) -> None:
+    study = read_study(folder)
+    winner, second = (row.configuration for row in study.feasible[:2])
+    rows = (
+        LensRow(winner, 1, "8 mm #1", False, "feasible", 0.0157, 121.3, 60.0, 5.6, None, 4.2, 0.5),
+        LensRow(winner, 2, "12 mm", True, "feasible", 0.0123, 118.2, 61.5, 5.6, 145.3, 5.54, 0.48),
+        LensRow(winner, 3, "25 mm", False, "infeasible", reason="no feasible point found; smallest violation: blur"),
+        LensRow(second, 1, "8 mm #1", False, "impossible", reason="no room for the inner zone at 8 mm"),
+    )
+    assert "= Lenses" not in source(study, {})
+    several = replace(study, lenses=rows)
+    section = source(several, {}).split("= Lenses")[1].split("= Requirement")[0]
+    chosen = [cell(value) for value in ("12 mm", "chosen", "1.23", "118.2", "5.60", "145", "0.48", "5.5")]
+    assert ", ".join(chosen) in section
+    assert cell("infinity") in section
+    assert cell("infeasible: smallest violation: blur") in section
+    assert "no room" not in section
+    assert typeset(f'#import "style.typ": *\n= Lenses{section}', {}).startswith(b"%PDF")
 
 
 def test_impossible_configurations_are_listed_once_under_their_rule(folder: Path) -> None:

@@ -222,7 +222,8 @@ def lens_choice(rows: Iterable[LensRow]) -> str:
     )
     return call(
         "ruled",
-        columns="(auto, 1fr) + (auto,) * 7",
+        # A reason spans columns of given width: of automatic ones it would widen the last.
+        columns="(auto, 1fr) + (15mm,) * 7",
         align="(right, left, left) + (right,) * 6",
         header=f"({header})",
         rows="(" + "".join(f"({''.join(part + ', ' for part in parts)}), " for parts in body) + ")",
