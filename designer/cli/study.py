@@ -165,6 +165,7 @@ def _ranking(found: Study) -> list[str]:
     """The best designs as a table, and how to read it; nothing if nothing is feasible."""
     from designer.cli.table import format_table
     from designer.study.columns import COLUMNS, SCORE_COLUMNS
+    from designer.study.ranking import ties_in_words
 
     shown = found.feasible[:SHOWN_DESIGNS]
     if not shown:
@@ -181,7 +182,8 @@ def _ranking(found: Study) -> list[str]:
     if is_starred:
         parts.append("* first order underestimates the worst point; see depth_error_*_second_order in designs.csv")
     if len(shown) > 1:
-        parts.append(_how_ranked(found.requirement.objective))
+        objective = found.requirement.objective
+        parts += [*filter(None, [ties_in_words(objective, found.feasible)]), _how_ranked(objective)]
     return parts
 
 

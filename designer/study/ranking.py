@@ -33,6 +33,38 @@ def ranking_columns(objective: Objective) -> tuple[str, str]:
     return f"first_stage_{GOALS[objective.minimise].column}", GOALS[objective.then].column
 
 
+def tied_with_best(objective: Objective, rows: Sequence[Row]) -> int:
+    """How many feasible rows are tied in the first objective: within the tolerance of the best, as a ranking has it.
+
+    They have the first ranks. 1 if no other is tied with the best; 0 if nothing is feasible. Tables of earlier versions
+    have no first stage: there the finished designs are compared.
+    """
+    staged, _ = ranking_columns(objective)
+    columns = (staged, GOALS[objective.minimise].column)
+    values = [
+        next((value for column in columns if (value := row.number(column)) is not None), None)
+        for row in rows
+        if row.status == "feasible"
+    ]
+    known = [value for value in values if value is not None]
+    return sum(value <= min(known) * (1.0 + objective.tolerance) for value in known)
+
+
+def ties_in_words(objective: Objective, rows: Sequence[Row]) -> str:
+    """Which ranks are tied in the first objective and what decides among them; empty if no other ties with the best."""
+    tied = tied_with_best(objective, rows)
+    if tied < 2:
+        return ""
+    first, then = GOALS[objective.minimise].label, GOALS[objective.then].label
+    ranks = f"ranks 1 {'and' if tied == 2 else 'to'} {tied}"
+    return f"{ranks} are tied{tolerance_in_words(objective)} in {first}; {then} decides their order"
+
+
+def tolerance_in_words(objective: Objective) -> str:
+    """The share within which designs are tied, after a blank; empty where they must be equal."""
+    return f" within {objective.within_percent:g} %" if objective.within_percent else ""
+
+
 def best_first(first: Sequence[float], second: Sequence[float], tolerance: float) -> list[int]:
     """Indices of designs, best first, from both objectives and the share of the first that counts as nothing."""
     bound = min(first) * (1.0 + tolerance)

@@ -114,10 +114,18 @@ def test_a_ranking_of_several_says_how_it_was_made(asked: Path, calls: Calls) ->
     first = next(line for line in calls.designs.splitlines() if "feasible" in line)
     calls.designs += first.replace("folded-HyPl-Hy", "folded-HyHy-Hy").replace("0.0123", "0.0122") + "\n"
     lines = run("study", asked).stdout.splitlines()
-    assert lines[4] == (
+    assert lines[4] == "ranks 1 and 2 are tied within 1 % in depth error; height decides their order"
+    assert lines[5] == (
         "ranking: designs whose lowest depth error is within 1 % of the best are ranked by height, the others by depth "
         "error; values are shown after trading up to 1 % of depth error for height"
     )
+
+
+def test_designs_that_are_not_tied_are_not_called_so(asked: Path, calls: Calls) -> None:
+    first = next(line for line in calls.designs.splitlines() if "feasible" in line)
+    calls.designs += first.replace("folded-HyPl-Hy", "folded-HyHy-Hy").replace("0.0123", "0.0125") + "\n"
+    lines = run("study", asked).stdout.splitlines()
+    assert lines[4].startswith("ranking: ")
 
 
 def test_a_study_of_several_lenses_says_what_each_reaches(asked: Path, calls: Calls) -> None:

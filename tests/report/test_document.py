@@ -68,6 +68,20 @@ def test_all_44_stand_in_the_ranking_with_status_and_reason(folder: Path) -> Non
     assert table.count("impossible") == len(study.with_status("impossible"))
 
 
+def test_ties_are_called_ties_in_verdict_and_ranking(folder: Path) -> None:
+    """The sample's designs share the first objective; apart by 2 percent they are tied within 5 only."""
+    study = read_study(folder)
+    tied = "Ranks 1 and 2 are tied within 1 % in depth error; height decides their order."
+    assert source(study, {}).count(tied) == 2
+    first, second, *others = study.rows
+    apart = replace(study, rows=(first, second.with_values(first_stage_depth_error_rms=0.0121 * 1.02), *others))
+    assert "are tied" not in source(apart, {})
+    assert "No other design is tied with it within 1 % in depth error." in source(apart, {})
+    objective = study.requirement.objective.model_copy(update={"within_percent": 5.0})
+    wide = replace(apart, requirement=study.requirement.model_copy(update={"objective": objective}))
+    assert source(wide, {}).count(tied.replace("1 %", "5 %")) == 2
+
+
 def test_the_lenses_of_a_catalogue_are_compared_for_the_winner_alone(folder: Path) -> None:
     study = read_study(folder)
     winner, second = (row.configuration for row in study.feasible[:2])

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from designer.requirement import set_key
-from designer.study.ranking import ranking
+from designer.study.ranking import ranking, tied_with_best
 from designer.study.row import Row
 from support.shipped_problems import shipped_requirement
 
@@ -37,6 +37,7 @@ def test_near_ties_rank_by_the_second_objective(pairs, percent, then):
     assert all(first <= bound for first in firsts[:equal])
     assert seconds[:equal] == sorted(seconds[:equal])
     assert firsts[equal:] == sorted(firsts[equal:])
+    assert tied_with_best(requirement.objective, [feasible(*pair, then=column) for pair in pairs]) == equal
 
 
 @given(st.lists(st.sampled_from(["impossible", "failed", "infeasible", "feasible"]), max_size=20))

@@ -23,7 +23,7 @@ from designer.report.content.tables import (
     prescription,
     ranking,
 )
-from designer.report.content.verdict import configuration_in_words, verdict
+from designer.report.content.verdict import configuration_in_words, ties, verdict
 from designer.report.figures.depth_map import IMAGE_CIRCLE_PX
 from designer.report.figures.registry import (
     LENS_PANEL,
@@ -185,6 +185,9 @@ def ranking_section(study: Study) -> str:
             f" A star marks errors that exceed {FIRST_ORDER_WORDS} somewhere in the working volume, where first "
             "order underestimates the error: see @depth-error."
         )
+    tied = ties(study)
+    if tied:
+        note += text(f" {tied}")
     opening = "#pagebreak(weak: true)\n" if study.feasible else ""
     impossible = study.with_status("impossible")
     listed = ranking(row for row in study.rows if row.status != "impossible")

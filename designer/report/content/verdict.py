@@ -10,6 +10,7 @@ from designer.goals import GOALS
 from designer.report.content.lens import lens_sentences
 from designer.report.content.tables import percent
 from designer.report.typst.markup import literal, number, plain_number, text, typographic
+from designer.study.ranking import ties_in_words, tied_with_best, tolerance_in_words
 from designer.study.row import Row
 from designer.study.study import Study
 
@@ -118,25 +119,18 @@ def _size(study: Study, winner: Row) -> str:
 
 def _decided(study: Study) -> str:
     objective = study.requirement.objective
-    first, then, within = objective.minimise, objective.then, objective.within_percent
-    values = [value for row in study.feasible if (value := _first_objective(row, first)) is not None]
-    if len(values) < 2:
-        return text("It is the only feasible design." if len(study.feasible) == 1 else "")
-    best = min(values)
-    tied = sum(value <= best * (1 + within / 100) * (1 + 1e-9) for value in values)
-    if tied > 1:
-        return text(
-            f"{tied} designs are within {plain_number(within)} % of the lowest {GOALS[first].label}; they are ranked "
-            f"by {GOALS[then].label}."
-        )
-    return text(f"No other design comes within {plain_number(within)} % of its {GOALS[first].label}.")
+    if len(study.feasible) == 1:
+        return text("It is the only feasible design.")
+    if not tied_with_best(objective, study.feasible):
+        return ""
+    label, within = GOALS[objective.minimise].label, tolerance_in_words(objective)
+    return text(ties(study) or f"No other design is tied with it{within} in {label}.")
 
 
-def _first_objective(row: Row, objective: str) -> float | None:
-    """The value that the tolerance compares: that of the first stage where the study tells it."""
-    column = GOALS[objective].column
-    staged = row.number(f"first_stage_{column}")
-    return staged if staged is not None else row.number(column)
+def ties(study: Study) -> str:
+    """Which ranks are tied and what decides among them, as a sentence; empty if no other ties with the best."""
+    words = ties_in_words(study.requirement.objective, study.feasible)
+    return f"{words[0].upper()}{words[1:]}." if words else ""
 
 
 def _checked(study: Study, winner: Row) -> str:
