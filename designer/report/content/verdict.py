@@ -10,7 +10,7 @@ from designer.goals import GOALS
 from designer.report.content.lens import lens_sentences
 from designer.report.content.tables import percent
 from designer.report.typst.markup import literal, number, plain_number, text, typographic
-from designer.study.ranking import ties_in_words, tied_with_best, tolerance_in_words
+from designer.study.ranking import tied_with_best, ties_in_words, tolerance_in_words
 from designer.study.row import Row
 from designer.study.study import Study
 
