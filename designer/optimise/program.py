@@ -68,7 +68,11 @@ SOLVERS: dict[str, dict[str, Any]] = {
             "constr_viol_tol": 1e-9,
             "acceptable_tol": 1e-6,
             "max_iter": 150,
-            "mu_strategy": "adaptive",
+            # It starts at the minimum, on the constraints that hold it: pushed off them it may not find back.
+            "mu_strategy": "monotone",
+            "mu_init": 1e-7,
+            "bound_push": 1e-8,
+            "bound_frac": 1e-8,
             "bound_relax_factor": 0.0,
             "honor_original_bounds": "yes",
         },

@@ -74,9 +74,14 @@ def requirement_of_sharp_design(**changes):
     [
         ({}, ("sharpness.max_blur_deg", F_NUMBER)),
         ({"sharpness__max_blur_px": 3.0}, (*BLUR_KEYS, F_NUMBER)),
+        ({"sharpness__max_blur_deg": math.inf, "sharpness__max_blur_px": 3.0}, ("sharpness.max_blur_px", F_NUMBER)),
         ({"noise_px": "predicted"}, ("sharpness.max_blur_deg", F_NUMBER)),
+        (
+            {"noise_px": "predicted", "camera__lens__f_number": [2.8, 11]},
+            ("sharpness.max_blur_deg", "envelope.height_mm"),
+        ),
     ],
-    ids=["angle", "angle and sensor", "predicted noise"],
+    ids=["angle", "angle and sensor", "sensor", "predicted noise", "free stop"],
 )
 def test_what_blur_and_a_stop_are_worth_agrees_with_finite_differences(changes, keys):
     requirement, chosen = requirement_of_sharp_design(**changes), CONFIGURATIONS[SHARP]
