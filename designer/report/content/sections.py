@@ -9,6 +9,7 @@ from pydantic import JsonValue
 from designer.design import Design
 from designer.evaluate.depth import FIRST_ORDER_BOUND
 from designer.evaluate.score import recorded_fabrication_notes
+from designer.goals import GOALS
 from designer.report.content.check_section import check_heading, check_page, unchecked_line
 from designer.report.content.design_facts import design_groups, winner_groups
 from designer.report.content.lens import lens_sentences
@@ -38,6 +39,7 @@ from designer.report.figures.registry import (
     study_figures,
 )
 from designer.report.typst.markup import call, cells, literal, number, plain_number, text, typographic
+from designer.study.ranking import tolerance_in_words
 from designer.study.row import Row
 from designer.study.study import Study
 
@@ -98,7 +100,12 @@ def lenses(study: Study) -> str:
     rows = study.lenses_of(study.feasible[0].configuration) if study.feasible else ()
     if not rows:
         return ""
-    note = text("What the winning configuration reaches with each lens alone; lenses.csv has all configurations.")
+    objective = study.requirement.objective
+    note = text(
+        "What the winning configuration reaches with each lens alone; lenses.csv has all configurations. Among lenses "
+        f"tied{tolerance_in_words(objective)} in {GOALS[objective.minimise].label}, {GOALS[objective.then].label} "
+        "decides."
+    )
     return f"= Lenses <lenses>\n{note}\n{lens_choice(rows)}"
 
 
