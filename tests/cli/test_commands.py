@@ -89,7 +89,7 @@ def test_a_study_goes_to_reports_and_ends_with_the_ranking(asked: Path, calls: C
     assert result.stderr.splitlines() == [
         "[1/2] direct-HyHy-upper_outer: infeasible (0 feasible so far, 2 s left)",
         "[2/2] folded-HyPl-Hy-upper_outer: feasible (1 feasible so far, 0 s left)",
-        "Checking the best design end to end, 15 to 60 s per design ...",
+        "Checking the best design end to end, 10 to 30 s per design ...",
         "[1/1] folded-HyPl-Hy-upper_outer: passes the end-to-end check (12 s)",
         "Typesetting study.pdf ...",
         "study.pdf: the fonts lack characters of title",
