@@ -29,6 +29,7 @@ from designer.api.drawings import (
     draw_raw,
     draw_resolution,
     draw_single_mirror_principles,
+    draw_virtual_images,
     draw_winner_map,
 )
 from designer.api.images import (
@@ -79,6 +80,7 @@ __all__ = [
     "draw_raw",
     "draw_resolution",
     "draw_single_mirror_principles",
+    "draw_virtual_images",
     "draw_winner_map",
     "evaluate",
     "export",

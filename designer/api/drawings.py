@@ -89,6 +89,13 @@ def draw_resolution(design: Design, width_mm: float = 85.0, height_mm: float = 6
     return _drawn(lambda: draw(design, width_mm, height_mm))
 
 
+def draw_virtual_images(*designs: Design, width_mm: float = 170.0, height_mm: float = 75.0) -> Drawing:
+    """Depth of the virtual images behind the mirrors against image radius, a panel for each design, at best focus."""
+    from designer.report.figures.virtual_images import draw_virtual_images as draw
+
+    return _drawn(lambda: draw(designs, width_mm, height_mm))
+
+
 def draw_depth_error(design: Design, width_mm: float = 85.0, height_mm: float = 75.0) -> Drawing:
     """Relative depth error against distance, with traced points beside the closed form."""
     from designer.report.figures.depth_error import draw_depth_error as draw

@@ -164,13 +164,13 @@ def refocused(lens: Lens, reciprocal_focus: float) -> Lens:
     return Lens(nominal / (1.0 - nominal * reciprocal_focus), lens.f_number, reciprocal_focus)
 
 
-def depth_of_field(ray: ChiefRay, lens: Lens, largest_blur_mm: float) -> tuple[Array, Array]:
+def depth_of_field(ray: ChiefRay, lens: Lens, largest_blur_mm: ArrayLike) -> tuple[Array, Array]:
     """Nearest and farthest distance from the axis in mm along chief rays that blur no more than that on the sensor.
 
     The farthest is infinite where infinity is sharp enough; both are NaN where nothing in front of the mirror is.
     """
     a, b, c, d = (np.asarray(term, dtype=float) for term in image_conjugates(ray))
-    half = largest_blur_mm / (lens.pupil_diameter * lens.principal_distance)
+    half = np.asarray(largest_blur_mm, dtype=float) / (lens.pupil_diameter * lens.principal_distance)
     ends = [lens.reciprocal_focus - half, lens.reciprocal_focus + half]
     with np.errstate(all="ignore"):
         # 1 / z_V = (c + d y) / (a + b y), solved for y = 1 / L.

@@ -108,6 +108,7 @@ DRAWINGS = {
     "cross_section": lambda: api.draw_cross_section(prototype()),
     "image_layout": lambda: api.draw_image_layout(prototype()),
     "resolution": lambda: api.draw_resolution(prototype()),
+    "virtual_images": lambda: api.draw_virtual_images(prototype(), prototype()),
     "depth_error": lambda: api.draw_depth_error(prototype()),
     "depth_map": lambda: api.draw_depth_map(prototype(), image_circle_px=100),
     "single_mirror_principles": api.draw_single_mirror_principles,

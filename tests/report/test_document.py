@@ -13,14 +13,17 @@ import pytest
 from sample_study import prototype, two_direct_mirrors, write_sample_study
 
 from designer.configurations import enumerate_configurations
+from designer.evaluate.fabrication import mirror_shape
+from designer.evaluate.focus import focus_score
 from designer.files import InputError
 from designer.report.content.legible import legible_source
 from designer.report.content.sections import source
-from designer.report.content.tables import ranking
+from designer.report.content.tables import excluded, fabrication, ranking
 from designer.report.document import draw_figures, write_pdf
 from designer.report.figures import registry
 from designer.report.figures.registry import PAGE_PANEL, Drawing, ReportFigure
 from designer.report.typst.glyphs import missing_characters
+from designer.report.typst.markup import cell, typographic
 from designer.report.typst.pdf import typeset
 from designer.study.folder import read_study
 
@@ -62,6 +65,31 @@ def test_all_44_stand_in_the_ranking_with_status_and_reason(folder: Path) -> Non
     without_reason = [row for row in study.rows if row.status != "feasible" and not row.reason]
     assert not without_reason
     assert table.count("impossible") == len(study.with_status("impossible"))
+
+
+def test_impossible_configurations_are_listed_once_under_their_rule(folder: Path) -> None:
+    study = read_study(folder)
+    impossible = study.with_status("impossible")
+    table = excluded(impossible)
+    assert sorted(re.findall(r'name-of\("([^"]+)"\)', table)) == sorted(row.configuration for row in impossible)
+    for reason in {row.reason for row in impossible}:
+        assert table.count(cell(typographic(reason))) == 1
+    # Each stands in the report once, and in the ranking no more.
+    whole = source(study, {})
+    assert all(whole.count(f'#name-of("{row.configuration}")') == 1 for row in impossible)
+
+
+def test_every_best_design_has_a_page_on_its_lens_and_its_mirrors(folder: Path) -> None:
+    study = read_study(folder)
+    whole = source(study, {})
+    for row, design in study.best():
+        assert f"Rank {row.rank}: lens and fabrication" in whole
+        focus = focus_score(design)
+        assert focus is not None
+        assert f"{focus.largest_blur_px_of_views['lower']:.1f} px) in the lower view" in whole
+        mass = sum(mirror_shape(design, mirror.name).mass_g for mirror in design.mirrors)
+        assert '"all")], [#text("")]' in fabrication(design)
+        assert f"{mass:.1f}" in fabrication(design)
 
 
 def test_the_paper_stands_beside_ours_for_the_indoor_robot_alone(folder: Path) -> None:
@@ -239,9 +267,9 @@ def test_a_broken_folder_is_one_line(tmp_path: Path, name: str, content: str, to
     assert not (path / "study.pdf").exists()
 
 
-@pytest.mark.parametrize(("count", "pages"), [(0, 3), (1, 6), (3, 9)])
+@pytest.mark.parametrize(("count", "pages"), [(0, 3), (1, 7), (3, 12)])
 def test_a_study_of_few_configurations_has_no_nearly_empty_page(count: int, pages: int, tmp_path: Path) -> None:
-    """Verdict and requirement; the winner; ranking and trade-offs; a page for each design; two of method."""
+    """Verdict and requirement; the winner; ranking and trade-offs; two pages for each design; two of method."""
     designs = (prototype(), two_direct_mirrors(), prototype(topology="upper_inner"))[:count]
     path = write_sample_study(tmp_path / "few", designs=designs)
     with (path / "designs.csv").open(encoding="utf-8") as stream:

@@ -18,14 +18,18 @@ from matplotlib.transforms import Bbox
 from sample_study import crowd, prototype, two_direct_mirrors, write_sample_study
 
 from designer.design import Design
+from designer.report.figures.blur import draw_blur
 from designer.report.figures.cross_section import draw_cross_section
 from designer.report.figures.depth_error import draw_depth_error
 from designer.report.figures.depth_map import IMAGE_CIRCLE_PX, coarsened, draw_depth_map
 from designer.report.figures.image_layout import draw_image_layout
-from designer.report.figures.registry import DESIGN_FIGURES, PAGE_PANEL, PANEL_MM
+from designer.report.figures.modulation import draw_modulation
+from designer.report.figures.registry import DESIGN_FIGURES, LENS_PANEL, LENS_WIDE, PAGE_PANEL, PANEL_MM
 from designer.report.figures.resolution import draw_resolution
 from designer.report.figures.style import MM_PER_INCH, report_style, svg_bytes
+from designer.report.figures.through_focus import draw_depth_of_field, draw_through_focus
 from designer.report.figures.trade import compress_ranks, draw_pareto_fronts, draw_trade
+from designer.report.figures.zone_edges import draw_zone_edges
 from designer.study.folder import read_study
 
 DESIGNS = {
@@ -59,8 +63,25 @@ def assert_inside_canvas(figure: Figure) -> None:
         lambda design: draw_resolution(design, 82.0, 54.0),
         lambda design: draw_depth_map(design, 82.0, 54.0),
         lambda design: draw_depth_error(design, 82.0, 54.0),
+        lambda design: draw_blur(design, 170.0, 52.0),
+        lambda design: draw_through_focus(design, 82.0, 52.0),
+        lambda design: draw_depth_of_field(design, 82.0, 52.0),
+        lambda design: draw_modulation(design, 82.0, 52.0),
+        lambda design: draw_zone_edges(design, 82.0, 52.0),
     ],
-    ids=["large cross-section", "cross-section", "image layout", "resolution", "depth map", "depth error"],
+    ids=[
+        "large cross-section",
+        "cross-section",
+        "image layout",
+        "resolution",
+        "depth map",
+        "depth error",
+        "blur",
+        "through focus",
+        "depth of field",
+        "modulation",
+        "zone edges",
+    ],
 )
 def test_nothing_is_cut_at_the_edge(design: Design, draw: Callable[[Design], Figure]) -> None:
     with report_style():
@@ -106,7 +127,7 @@ def assert_inside(written: list[tuple[str, Bbox]], size_mm: tuple[float, float])
 def test_every_text_of_a_written_figure_lies_inside_it(design: Design, written: list[tuple[str, Bbox]]) -> None:
     with report_style():
         for figure in DESIGN_FIGURES:
-            if figure.place == PAGE_PANEL:
+            if figure.place in (PAGE_PANEL, LENS_WIDE, LENS_PANEL):
                 figure.drawn(design)
                 assert_inside(written, figure.size_mm)
         for size in ((170.0, 102.0), (97.0, 80.0), (97.0, 59.0)):

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from designer.design import Design
+from designer.design import VIEW_NAMES, Design
+from designer.evaluate.focus import focus_score
 from designer.evaluate.resolution import smallest_object
+from designer.evaluate.through_focus import blur_limit_deg
+from designer.report.content.lens import depth_of_field_words
 from designer.report.content.tables import percent, percent_decimals
 from designer.report.typst.markup import DASH, number, plain_number, typographic
 from designer.study.row import Row
@@ -12,27 +15,31 @@ Groups = list[tuple[str, list[tuple[str, str]]]]
 
 
 def design_groups(row: Row, design: Design) -> Groups:
-    """Everything about one design, as groups of name and value."""
-    performance, views = winner_groups(row, design)
-    return [performance, ("Size and manufacture", _size_facts(row)), views]
+    """What the first page of a design says beside its drawing; the lens has the second."""
+    performance = [*_performance_facts(row), *_smallest_object_facts(design)]
+    return [("Performance", performance), ("Size and manufacture", _size_facts(row)), ("Views", _view_facts(design))]
 
 
 def winner_groups(row: Row, design: Design) -> Groups:
     """How well a design does and what it sees; its size stands in the verdict."""
     return [
-        ("Performance", [*_performance_facts(row), *_focus_facts(row), *_smallest_object_facts(design)]),
+        ("Performance", [*_performance_facts(row), *_focus_facts(design), *_smallest_object_facts(design)]),
         ("Views", _view_facts(design)),
     ]
 
 
-def _focus_facts(row: Row) -> list[tuple[str, str]]:
-    """Focus, stop and blur; nothing of tables that do not have them."""
-    if row.number("f_number") is None:
+def _focus_facts(design: Design) -> list[tuple[str, str]]:
+    """Focus, stop, blur of each view and depth of field; nothing of designs whose focus no closed form tells."""
+    score = focus_score(design)
+    if score is None:
         return []
-    focus, f_number = row.number("focus_distance_mm"), row.number("f_number")
-    at = "infinity" if focus is None else f"{number(focus, 0)} mm"
-    blurs = f"{number(row.number('largest_blur_px'), 1)} px, {number(row.number('largest_blur_deg'), 2)}°"
-    return [("largest blur", f"{blurs} (focus {at}, f/{plain_number(round(f_number or 0.0, 2))})")]
+    at = "infinity" if score.focus_distance_mm is None else f"{number(score.focus_distance_mm, 1)} mm"
+    blurs = ", ".join(f"{number(score.largest_blur_deg_of_views[name], 2)}° {name}" for name in VIEW_NAMES)
+    return [
+        ("focus, f-number", f"{at}, f/{plain_number(round(score.f_number, 2))}"),
+        ("largest blur", blurs),
+        (f"both within {plain_number(blur_limit_deg(design))}°", depth_of_field_words(design).removeprefix("from ")),
+    ]
 
 
 def _smallest_object_facts(design: Design) -> list[tuple[str, str]]:
@@ -93,10 +100,7 @@ def _size_facts(row: Row) -> list[tuple[str, str]]:
         ("baseline", f"{number(row.number('baseline_mm'), 2)} mm"),
         ("height × diameter", f"{number(row.number('height_mm'), 2)} × {number(row.number('diameter_mm'), 2)} mm"),
         ("volume", f"{number(row.number('volume_cm3'), 0)} cm³"),
-        ("widest mirror", f"{number(row.number('largest_mirror_diameter_mm'), 2)} mm"),
-        ("steepest slope", f"{number(row.number('largest_slope_deg'), 1)}°"),
         ("principal distance", f"{number(row.number('principal_distance_mm'), 3)} mm"),
-        ("lens", row.text("lens")),
         ("variant", typographic(row.text("variant"))),
         ("least clearance", f"{number(row.number('smallest_clearance_mm'), 3)} mm{where}"),
     ]

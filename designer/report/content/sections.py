@@ -11,10 +11,13 @@ from designer.evaluate.depth import FIRST_ORDER_BOUND
 from designer.evaluate.score import recorded_fabrication_notes
 from designer.report.content.check_section import check_heading, check_page, unchecked_line
 from designer.report.content.design_facts import design_groups, winner_groups
+from designer.report.content.lens import lens_sentences
 from designer.report.content.requirement import facts_argument, requirement_groups
 from designer.report.content.tables import (
     PAPER_CONFIGURATION,
     closest,
+    excluded,
+    fabrication,
     paper_comparison,
     prescription,
     ranking,
@@ -22,6 +25,8 @@ from designer.report.content.tables import (
 from designer.report.content.verdict import configuration_in_words, verdict
 from designer.report.figures.depth_map import IMAGE_CIRCLE_PX
 from designer.report.figures.registry import (
+    LENS_PANEL,
+    LENS_WIDE,
     PAGE_DRAWING,
     PAGE_PANEL,
     TRADE,
@@ -59,11 +64,13 @@ def source(study: Study, drawings: Drawings, note: str = "") -> str:
         ranking_section(study),
         trade(study, drawings),
         best_heading() if study.feasible else "",
-        "\n#pagebreak(weak: true)\n".join(design_page(row, design, drawings) for row, design in study.best()),
+        "\n#pagebreak(weak: true)\n".join(
+            page(row, design, drawings) for row, design in study.best() for page in (design_page, lens_page)
+        ),
         checks(study),
         "#pagebreak(weak: true)\n" if study.feasible else "",
-        '#include "method.typ"\n',
-        reading() if study.feasible else "",
+        '#[#set text(size: 9.3pt)\n#include "method.typ"\n',
+        (reading() if study.feasible else "") + "]\n",
         provenance(study),
     ]
     return "\n".join(parts)
@@ -159,7 +166,8 @@ def ranking_section(study: Study) -> str:
     note = (
         "$sigma_D\\/D$ is the rms relative depth error over the working volume; the limit ratio compares it with the "
         "closed-form limit for any conic mirrors at the design's baseline and principal distance ($1.000$: proven "
-        "optimal). $b$ baseline, $H$ height, $W$ diameter. Statuses are defined in @method."
+        "optimal). $b$ baseline, $H$ height, $W$ diameter. Statuses are defined in @method, full reasons are "
+        "in designs.csv."
     )
     if any(row.is_beyond_first_order for row in study.feasible):
         note += (
@@ -167,7 +175,11 @@ def ranking_section(study: Study) -> str:
             "order underestimates the error: see @depth-error."
         )
     opening = "#pagebreak(weak: true)\n" if study.feasible else ""
-    return f"{opening}= Ranking of all configurations <ranking>\n{note}\n\n{ranking(study.rows)}"
+    impossible = study.with_status("impossible")
+    listed = ranking(row for row in study.rows if row.status != "impossible")
+    if impossible:
+        listed += f"\n== Excluded by rule ({len(impossible)})\n{excluded(impossible)}"
+    return f"{opening}= Ranking of all configurations <ranking>\n{note}\n\n{listed}"
 
 
 def trade(study: Study, drawings: Drawings) -> str:
@@ -200,7 +212,15 @@ def reading() -> str:
         "diameter; the grey outline is the working volume, the triangles are the viewpoints. _Depth error_: lines "
         "show the first-order error at the lowest, middle and highest elevation and its rms, circles the rms of a "
         f"Monte Carlo simulation with the ray tracer; a dotted line at {FIRST_ORDER_WORDS} marks the limit of "
-        "validity of first order, and is omitted where the errors are far below it.\n"
+        "validity of first order, and is omitted where the errors are far below it.\n\n"
+        "On the second page, blurs are diameters of the disc into which the lens spreads a scene point, over "
+        "the elevations of each view at both ends of the working distances. _Through focus_ keeps the lens "
+        "and its stop and moves the focus; _depth of field_ shades the distances that stay within the limit. "
+        "_Modulation_ is the contrast that defocus, diffraction (green light) and pixel leave of a pattern of "
+        "full contrast along the radius, at the worse end of the distances: with one period in the matching "
+        "window, and with one in two rows of the panorama, the finest that it can hold. An edge at the height "
+        "$z$ has a penumbra of $p f abs(1\\/u - 1\\/z)$ on the sensor (grey in the image layout); where "
+        "penumbrae let light of both views pass, the views mix (hatched).\n"
     )
 
 
@@ -234,6 +254,32 @@ def design_page(row: Row, design: Design, drawings: Drawings) -> str:
     return "\n".join(lines)
 
 
+FABRICATION_CAPTION = (
+    "Fabrication. Diameter of the face, without a flange; sag from inner to outer rim; slope against the plane across "
+    "the axis; sphere by least squares over the face, its centre above the face where positive, and the departure "
+    "from it peak to valley along its normal: what a lathe or an interferometer must cover. Mass of aluminium "
+    "substrates as thick as the prescription says."
+)
+
+
+def lens_page(row: Row, design: Design, drawings: Drawings) -> str:
+    """The second page of one of the best designs: how sharp it is through its lens, and its mirrors for the shop."""
+    wide, panels = (
+        [panel for figure, panel in _panels_by_figure(place, design) if figure in drawings]
+        for place in (LENS_WIDE, LENS_PANEL)
+    )
+    lines = [
+        f"#heading(level: 2, numbering: none)[Rank {row.rank}: lens and fabrication]",
+        text(f"Lens: {lens}. " if (lens := row.text("lens")) else "") + lens_sentences(design),
+        *(f"#{panel}" for panel in wide),
+        f"#grid(columns: (1fr, 1fr), column-gutter: 4mm, row-gutter: 2.5mm,\n  {', '.join(panels)},\n)"
+        if panels
+        else "",
+        f"#figure({_as_argument(fabrication(design))}, kind: table, caption: [{FABRICATION_CAPTION}])",
+    ]
+    return "\n".join(line for line in lines if line)
+
+
 def fabrication_notes(design: Design) -> str:
     """What to look at before ordering the design's mirrors; nothing if there is nothing."""
     notes = recorded_fabrication_notes(design)
@@ -258,6 +304,8 @@ def provenance(study: Study) -> str:
         align="(left, left)",
         header="([item], [value])",
         rows=cells(rows),
+        size="7.6pt",
+        inset="(x: 1.4mm, y: 0.7mm)",
     )
     return f"= Provenance <provenance>\n{table}"
 
@@ -291,10 +339,13 @@ def _file(place: str, design: Design) -> str:
 
 
 def _design_panels(place: str, design: Design) -> list[str]:
-    return [
-        f"panel([{figure.title(design)}], image({literal('figures/' + figure.file(design.configuration))}))"
-        for figure in design_figures(place)
-    ]
+    return [panel for _, panel in _panels_by_figure(place, design)]
+
+
+def _panels_by_figure(place: str, design: Design) -> list[tuple[str, str]]:
+    """The panels at a place, each with the name of its figure's file."""
+    files = [(figure, figure.file(design.configuration)) for figure in design_figures(place)]
+    return [(file, f"panel([{figure.title(design)}], image({literal('figures/' + file)}))") for figure, file in files]
 
 
 def _scale_words(drawings: Drawings, name: str) -> str:

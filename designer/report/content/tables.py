@@ -10,6 +10,8 @@ from designer.evaluate.fabrication import mirror_shape
 from designer.report.typst.markup import DASH, call, cell, cells, literal, number, text, typographic
 from designer.study.row import Row
 
+# Joins the constraints of a reason that are equally violated.
+_EQUALLY = "; equally, "
 PAPER_CONFIGURATION = "folded-HyPl-Hy-upper_outer"
 
 
@@ -59,8 +61,68 @@ def prescription(design: Design) -> str:
     )
 
 
+def fabrication(design: Design) -> str:
+    """What a shop needs to quote each mirror: size, form, departure from a sphere, and mass of the substrate."""
+    shapes = [mirror_shape(design, mirror.name) for mirror in design.mirrors]
+    rows = []
+    for index, (mirror, shape) in enumerate(zip(design.mirrors, shapes, strict=True), start=1):
+        radius = shape.best_sphere_radius_mm
+        rows.append(
+            [
+                str(index),
+                mirror.name,
+                f"{shape.shape} {mirror.kind}" if mirror.kind != "plane" else mirror.kind,
+                number(shape.diameter_mm, 2),
+                number(2.0 * mirror.inner_radius_mm, 2) if mirror.inner_radius_mm else DASH,
+                number(shape.sag_mm, 3),
+                number(max(shape.slope_deg), 1),
+                "∞" if radius is None else number(radius, 2),
+                DASH if radius is None else _micrometres(shape.sphere_departure_mm),
+                number(shape.mass_g, 1),
+            ]
+        )
+    rows.append(["", "all", *[""] * 7, number(sum(shape.mass_g for shape in shapes), 1)])
+    header = (
+        "[], [mirror], [form], [diameter\\ (mm)], [hole\\ (mm)], [sag\\ (mm)], [largest\\ slope (°)], "
+        "[best-fit\\ sphere (mm)], [departure\\ (µm)], [mass\\ (g)],"
+    )
+    return call(
+        "ruled",
+        columns="(auto, auto, 1fr) + (auto,) * 7",
+        align="(right, left, left) + (right,) * 7",
+        header=f"({header})",
+        rows=cells(rows),
+        inset="(x: 1.2mm, y: 0.95mm)",
+    )
+
+
+def _micrometres(length_mm: float) -> str:
+    return number(1000.0 * length_mm, 1 if length_mm < 0.1 else 0)
+
+
+def excluded(rows: Iterable[Row]) -> str:
+    """The impossible configurations grouped by the rule that excludes them, the most frequent rule first."""
+    by_reason: dict[str, list[str]] = {}
+    for row in rows:
+        by_reason.setdefault(typographic(row.reason) or "no reason given", []).append(row.configuration)
+    body = []
+    for reason, names in sorted(by_reason.items(), key=lambda item: -len(item[1])):
+        listed = ", ".join(f"#name-of({literal(name)})" for name in names)
+        body.append(f"({cell(len(names))}, {cell(reason)}, [{listed}])")
+    return call(
+        "ruled",
+        columns="(auto, 62mm, 1fr)",
+        align="(right, left, left)",
+        header="([], [rule], [configurations])",
+        rows="(" + "".join(f"{part}, " for part in body) + ")",
+        size="8pt",
+        inset="(x: 1.1mm, y: 0.95mm)",
+        hairlines="true",
+    )
+
+
 def ranking(rows: Iterable[Row]) -> str:
-    """Every configuration with its status: feasible ones by rank with their numbers, the others with their reason.
+    """Configurations with their status: feasible ones by rank with their numbers, the others with their reason.
 
     A star marks depth errors that first order does not tell truly at the worst point of the volume.
     """
@@ -84,7 +146,7 @@ def ranking(rows: Iterable[Row]) -> str:
             ]
             body.append([*head, f"[{error}]", *(cell(value) for value in values)])
         else:
-            reason = typographic(row.reason) or "no reason given"
+            reason = typographic(_shortened(row.reason)) or "no reason given"
             body.append([*head, f"table.cell(colspan: 6, align: left, {cell(reason)})"])
     header = (
         "[rank], [configuration], [status], [$sigma_D\\/D$\\ (%)], [limit\\ ratio], [$b$\\ (mm)], [$H$\\ (mm)], "
@@ -100,6 +162,14 @@ def ranking(rows: Iterable[Row]) -> str:
         inset="(x: 1.1mm, y: 0.95mm)",
         hairlines="true",
     )
+
+
+def _shortened(reason: str) -> str:
+    """A reason with at most two of the constraints that are equally violated; the status says the rest."""
+    first, *others = reason.removeprefix("no feasible point found; ").split(_EQUALLY)
+    if len(others) <= 1:
+        return _EQUALLY.join([first, *others])
+    return f"{first}{_EQUALLY}{others[0]}, and {len(others) - 1} more"
 
 
 def closest(rows: Iterable[Row]) -> str:

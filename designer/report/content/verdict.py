@@ -7,6 +7,7 @@ from collections import Counter
 from designer.configurations import Configuration, enumerate_configurations, with_article
 from designer.evaluate.score import recorded_fabrication_notes
 from designer.goals import GOALS
+from designer.report.content.lens import lens_sentences
 from designer.report.content.tables import percent
 from designer.report.typst.markup import literal, number, plain_number, text, typographic
 from designer.study.row import Row
@@ -33,19 +34,19 @@ def _in_words(configuration: Configuration) -> str:
 
 
 def verdict(study: Study) -> str:
-    """The verdict as Typst markup: one paragraph."""
+    """The verdict as Typst markup: what to build, how to set its lens, and why this design."""
     if not study.feasible:
         return _nothing_feasible(study)
     winner = study.feasible[0]
-    sentences = [
-        _counts(study),
-        _winner(study, winner),
-        _size(study, winner),
-        _sharpness(winner),
-        _decided(study),
-    ]
-    sentences += [_checked(study, winner), _fabrication_notes(study, winner), _runners_up(study)]
-    return " ".join(sentence for sentence in sentences if sentence) + "\n"
+    design = study.designs[winner.configuration]
+    groups = (
+        ("Build", [_build(winner), _size(study, winner)]),
+        ("Lens", [lens_sentences(design)]),
+        ("Why", [_accuracy(study, winner), _decided(study), _counts(study), _runners_up(study)]),
+        ("Before building", [_checked(study, winner), _fabrication_notes(study, winner)]),
+    )
+    told = [(name, " ".join(filter(None, sentences))) for name, sentences in groups]
+    return "\n\n".join(f"/ {name}: {sentences}" for name, sentences in told if sentences) + "\n"
 
 
 def _counts(study: Study) -> str:
@@ -66,20 +67,23 @@ def _counts(study: Study) -> str:
     )
 
 
-def _winner(study: Study, winner: Row) -> str:
-    noise = plain_number(study.requirement.noise_px)
+def _build(winner: Row) -> str:
     words = configuration_in_words(winner.configuration)
+    return f"{_name(winner)}{text(f': {words}.' if words else '.')}"
+
+
+def _accuracy(study: Study, winner: Row) -> str:
+    noise = plain_number(study.requirement.noise_px)
     worst = winner.number("depth_error_worst")
     ratio = winner.number("limit_ratio")
-    sentence = f" ({words}). " if words else ". "
-    sentence += f"Its rms depth error over the working volume is {percent(winner.number('depth_error_rms'))} %"
+    sentence = f"Its rms depth error over the working volume is {percent(winner.number('depth_error_rms'))} %"
     sentence += f" at {noise} px of noise"
     sentence += f" (at worst {percent(worst)} %)" if worst is not None else ""
     if ratio is not None:
         sentence += f", {number(ratio, 3)} times the limit for any conic mirrors at its baseline and topology"
     if winner.least_limit is not None:
         sentence += f" (the limit at the best allowed baseline and focal length is {percent(winner.least_limit)} %)"
-    return f"The best is {_name(winner)}{text(sentence + '.' + _beyond_first_order(winner))}"
+    return text(sentence + "." + _beyond_first_order(winner))
 
 
 def _beyond_first_order(winner: Row) -> str:
@@ -110,19 +114,6 @@ def _size(study: Study, winner: Row) -> str:
     lens = winner.text("lens")
     sentence = f"With a baseline of {number(baseline, 1)} mm the mirror system is {' and '.join(parts)}"
     return text(sentence + (f"; lens: {lens}." if lens else ".")) if parts else ""
-
-
-def _sharpness(winner: Row) -> str:
-    """Focus, stop and largest blur of the winner through its own lens; nothing if the table does not say."""
-    blur_px, blur_deg, f_number = (winner.number(name) for name in ("largest_blur_px", "largest_blur_deg", "f_number"))
-    if blur_px is None or blur_deg is None or f_number is None:
-        return ""
-    focus = winner.number("focus_distance_mm")
-    at = "at infinity" if focus is None else f"at {number(focus, 0)} mm"
-    return text(
-        f"Focused {at} at f/{plain_number(round(f_number, 2))}, its lens blurs no point of the working "
-        f"volume by more than {number(blur_px, 1)} px, {number(blur_deg, 2)}° in the scene."
-    )
 
 
 def _decided(study: Study) -> str:

@@ -12,6 +12,7 @@ from typing import Generic, TypeVar
 from matplotlib.figure import Figure
 
 from designer.design import Design
+from designer.evaluate.focus import focus_score
 from designer.evaluate.score import recorded_fabrication_notes
 from designer.report.figures.blur import draw_blur
 from designer.report.figures.check import draw_check_errors, draw_check_maps, draw_floor_plan, plan_title, raw_svg
@@ -19,9 +20,12 @@ from designer.report.figures.cross_section import draw_cross_section
 from designer.report.figures.depth_error import draw_depth_error
 from designer.report.figures.depth_map import draw_depth_map
 from designer.report.figures.image_layout import draw_image_layout
+from designer.report.figures.modulation import draw_modulation
 from designer.report.figures.resolution import draw_resolution
 from designer.report.figures.style import svg_bytes
+from designer.report.figures.through_focus import draw_depth_of_field, draw_through_focus
 from designer.report.figures.trade import draw_pareto_fronts, draw_trade
+from designer.report.figures.zone_edges import draw_zone_edges
 from designer.study.checked import CheckedDesign
 from designer.study.study import Study
 
@@ -32,7 +36,11 @@ PANEL_MM = (82.0, 52.0)
 WINNER_DRAWING, WINNER_PANEL = "winner's drawing", "winner's panel"
 PAGE_DRAWING, PAGE_PANEL = "drawing on a design's page", "panel on a design's page"
 CHECK_TOP, CHECK_WIDE, CHECK_BOTTOM = "first row of a check", "across a check's page", "last row of a check"
+LENS_WIDE, LENS_PANEL = "across a design's second page", "panel on a design's second page"
 TRADE = "trade-offs"
+TRADE_HEIGHT_MM = 65.0
+"""Height of a plot across a page, three of which fill it."""
+_FEW, _HALF_A_PAGE_MM = 6, 96.0
 _PAGE_DRAWING_MM = (97.0, 80.0)
 _ROOM_OF_A_NOTE_MM, _MOST_NOTES = 7.0, 3
 
@@ -100,9 +108,9 @@ def _pareto(column: str) -> Callable[[Study, float, float], Drawing | None]:
     def draw(study: Study, width_mm: float, height_mm: float) -> Drawing | None:
         if not study.feasible or not _has_pareto(study, column):
             return None
-        # Below a short ranking both trade plots fit, and the Pareto fronts have a page; else one does, and the fronts
-        # follow the other on the next page.
-        height_mm = 62.0 if len(study.feasible) <= 6 else 68.0
+        # Below all 44 rows, few of them feasible, the trade plots fill a page, and so do the fronts; else both flow on.
+        if len(study.feasible) <= _FEW and len(study.rows) > _FEW:
+            height_mm = _HALF_A_PAGE_MM
         ranks = {row.configuration: row.rank or 0 for row in study.feasible}
         return Drawing(
             svg_bytes(draw_pareto_fronts(study.pareto, ranks, column, _allowed(study, column), width_mm, height_mm))
@@ -117,10 +125,13 @@ def _allowed(study: Study, column: str) -> float | None:
     return {"height_mm": envelope.height_mm, "diameter_mm": envelope.diameter_mm}.get(column)
 
 
-def _blur_of_winner(study: Study, width_mm: float, height_mm: float) -> Drawing | None:
-    if not study.feasible:
-        return None
-    return Drawing(svg_bytes(draw_blur(study.best(1)[0][1], width_mm, height_mm)))
+def _of_lens(draw: Callable[[Design, float, float], Figure]) -> Callable[[Design, float, float], Drawing | None]:
+    """Nothing for a design whose focus no closed form tells."""
+
+    def drawn(design: Design, width_mm: float, height_mm: float) -> Drawing | None:
+        return None if focus_score(design) is None else Drawing(svg_bytes(draw(design, width_mm, height_mm)))
+
+    return drawn
 
 
 def _has_pareto(study: Study, column: str) -> bool:
@@ -154,8 +165,17 @@ DESIGN_FIGURES: tuple[ReportFigure[Design], ...] = (
     ReportFigure(
         "depth-error", PAGE_PANEL, PANEL_MM, _plain(draw_depth_error), _always("Depth error against distance")
     ),
+    ReportFigure("blur", LENS_WIDE, (170.0, 52.0), _of_lens(draw_blur), _always("Blur against elevation")),
+    ReportFigure("through-focus", LENS_PANEL, PANEL_MM, _of_lens(draw_through_focus), _always("Through focus")),
+    ReportFigure("depth-of-field", LENS_PANEL, PANEL_MM, _of_lens(draw_depth_of_field), _always("Depth of field")),
+    ReportFigure(
+        "modulation", LENS_PANEL, PANEL_MM, _of_lens(draw_modulation), _always("Modulation at the matcher's scale")
+    ),
+    ReportFigure(
+        "zone-edges", LENS_PANEL, PANEL_MM, _plain(draw_zone_edges), _always("Light at the border of the zones")
+    ),
 )
-"""Figures of one design: the winner's, and those on the page of each of the best designs."""
+"""Figures of one design: the winner's, and those on both pages of each of the best designs."""
 
 CHECK_FIGURES: tuple[ReportFigure[CheckedDesign], ...] = (
     ReportFigure(
@@ -188,33 +208,28 @@ STUDY_FIGURES: tuple[ReportFigure[Study], ...] = (
     ReportFigure(
         "trade-height",
         TRADE,
-        (165.0, 82.0),
+        (165.0, TRADE_HEIGHT_MM),
         _trade("height_mm"),
         _always("Depth error against height, each feasible design by its rank (@ranking)."),
     ),
     ReportFigure(
         "trade-diameter",
         TRADE,
-        (165.0, 82.0),
+        (165.0, TRADE_HEIGHT_MM),
         _trade("diameter_mm"),
         _always("Depth error against diameter, each feasible design by its rank (@ranking)."),
     ),
     ReportFigure(
         "trade-blur",
         TRADE,
-        (165.0, 82.0),
+        (165.0, TRADE_HEIGHT_MM),
         _trade("largest_blur_px"),
         _always("Depth error against the largest blur in the working volume, each feasible design by its rank."),
     ),
+    ReportFigure("fronts-height", TRADE, (165.0, TRADE_HEIGHT_MM), _pareto("height_mm"), _pareto_caption("height_mm")),
     ReportFigure(
-        "blur-winner",
-        TRADE,
-        (165.0, 50.0),
-        _blur_of_winner,
-        _always("Blur of the winner through its lens, as focused and stopped down: diameters, to first order."),
+        "fronts-diameter", TRADE, (165.0, TRADE_HEIGHT_MM), _pareto("diameter_mm"), _pareto_caption("diameter_mm")
     ),
-    ReportFigure("fronts-height", TRADE, (165.0, 84.0), _pareto("height_mm"), _pareto_caption("height_mm")),
-    ReportFigure("fronts-diameter", TRADE, (165.0, 84.0), _pareto("diameter_mm"), _pareto_caption("diameter_mm")),
 )
 """Figures of the study as a whole."""
 
@@ -238,7 +253,7 @@ def draw_all(study: Study) -> Iterator[tuple[str, Drawing]]:
     """Every figure of a study's report, with the name of its file."""
     for place, (_, design) in enumerate(study.best()):
         of_winner = (WINNER_DRAWING, WINNER_PANEL) if place == 0 else ()
-        for of_design in design_figures(*of_winner, PAGE_DRAWING, PAGE_PANEL):
+        for of_design in design_figures(*of_winner, PAGE_DRAWING, PAGE_PANEL, LENS_WIDE, LENS_PANEL):
             yield from _named(of_design, design, design.configuration)
     for of_study in STUDY_FIGURES:
         yield from _named(of_study, study)
