@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from designer.design import Design
 from designer.optics.clearance import FaceRows, SolidRows, pair_up, separations
 from designer.optics.conic import FocalConic
-from designer.optics.layout import Layout
+from designer.optics.layout import Layout, Leg, Solid
 from designer.trace.bundles import pinhole_directions
 from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
 from designer.trace.instrument import build_instrument
@@ -114,6 +115,42 @@ def touching(design: Design) -> set[frozenset[str]]:
         words = problem.replace("lens barrel", "lens").replace("camera body", "body").split()
         found.add(frozenset({words[0], words[2]}))
     return found
+
+
+def stands_on(leg: Leg, solid: Solid) -> bool:
+    """Whether an end ray starts or ends on the very face of a solid."""
+    for across, along in (*leg.start.points, *leg.end.points):
+        radius = solid.side * float(np.ravel(across)[0])
+        inner, outer = (float(np.ravel(edge)[0]) for edge in (solid.inner_radius, solid.outer_radius))
+        off = float(np.ravel(along)[0]) - float(np.ravel(solid.surface.height(np.array([radius])))[0])
+        if inner - 1e-9 <= radius <= outer + 1e-9 and abs(off) < 1e-7:
+            return True
+    return False
+
+
+@pytest.mark.parametrize("variant", VARIANTS[::3], ids=variant_name)
+def test_every_pair_counts_but_those_that_meet_on_purpose(variant):
+    """A leg and the face it starts or ends on; the first leg and the camera; lens and body, which are one piece."""
+    problem = problem_of(shipped_requirement("pipe_inspection"), variant)
+    values = random_designs(problem, 4000, seed=7)
+    sound = np.flatnonzero(is_coherent(put_together(problem, values)))
+    for index in sound[:2]:
+        layout = put_together(problem, at(values, index)).layout
+        pairs = pair_up(layout)
+        camera = {"lens", "body"}
+        expected = {
+            (i, j)
+            for i, leg in enumerate(layout.legs)
+            for j, solid in enumerate(layout.solids)
+            if not (solid.name in camera and leg is next(one for one in layout.legs if one.view == leg.view))
+            and not (solid.name not in camera and stands_on(leg, solid))
+        }
+        assert set(pairs.leg_solid) == expected
+        # Solids are rings: each pair of them once.
+        bodies = [frozenset({layout.solids[i].name, layout.solids[j].name}) for i, j in pairs.solid_solid]
+        assert len(set(bodies)) == len(bodies)
+        rings = {solid.name for solid in layout.solids}
+        assert set(bodies) == {frozenset(pair) for pair in combinations(rings, 2)} - {frozenset(camera)}
 
 
 @pytest.mark.slow
