@@ -23,6 +23,7 @@ from support.closed_forms import (
     paraboloid_pair,
     view_ranges,
 )
+from support.studied_designs import studied_design
 
 BUILDERS = [folded_hypl_hy, convex_ellipsoid_pair, paraboloid_pair, direct_ellipsoid_pair]
 
@@ -95,6 +96,25 @@ def test_a_wider_volume_is_traced_and_not_only_compared(volume):
         assert view.gaps_deg
     assert any("but the working volume needs" in problem for problem in verdict.problems)
     assert any("is not seen" in problem for problem in verdict.problems)
+
+
+@pytest.mark.parametrize(
+    ("name", "wider"),
+    [
+        ("sky_watch:folded-ElHy-Hy-upper_inner", (-6.0, 0.0)),
+        ("ceiling_watch:direct-HyHy-upper_outer", (0.0, 6.0)),
+    ],
+)
+def test_a_volume_wider_towards_the_horizon_is_traced(name, wider):
+    """Of views that look above it, or below it, alone."""
+    design = studied_design(name)
+    low, high = design.working_volume.elevation_deg
+    assert low * high > 0.0
+    volume = (low + wider[0], high + wider[1])
+    verdict = judge(edited(design, ("working_volume",), elevation_deg=list(volume)), whole_image=False)
+    needed = view_ranges(volume, design.working_volume.distance_mm, design.baseline_mm)
+    for view, (least, greatest) in zip((verdict.upper, verdict.lower), needed, strict=True):
+        assert view.asked_elevation_deg == pytest.approx((least, greatest), abs=1e-3)
 
 
 def test_a_nearer_volume_needs_more_of_both_views():

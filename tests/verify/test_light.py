@@ -8,6 +8,7 @@ import pytest
 from designer.design import Design
 from designer.evaluate.focus import focus_of_design
 from designer.optics.focus import chief_ray, light_path_of_design, light_width, reciprocal_along_ray
+from designer.optics.view import image_radius_slope
 from designer.trace.instrument import build_instrument
 from designer.trace.pencils import pupil_places, trace_bundles
 from designer.verify.light import arriving_share, other_view_share, view_light
@@ -48,6 +49,20 @@ def test_traced_blur_is_that_of_the_closed_form(name):
         np.testing.assert_allclose(light.blur_px, first, rtol=0.05, atol=0.5)
         assert (np.abs(light.blur_px / first - 1.0)[first > 2.0] < 0.05).all()
         np.testing.assert_allclose(light.elevations_deg, getattr(expected, view).elevations_deg)
+
+
+@pytest.mark.parametrize("name", NAMES[::3])
+def test_a_blur_in_the_scene_is_the_angle_that_it_spans_on_the_sensor(name):
+    """Pixels per degree at lowest, middle and highest elevation, by the slope of the gain law's image radius."""
+    design = studied_design(name)
+    for view_name, light in view_light(design).items():
+        view, camera = design.views.by_name[view_name], design.camera
+        low, high = view.elevation_deg
+        slopes = np.tan(np.radians([low, (low + high) / 2.0, high]))
+        per_radian = image_radius_slope(slopes, view.gain, camera.focal_length_mm, view.sense)
+        expected = np.abs(np.radians(per_radian)) / camera.pixel_pitch_mm
+        np.testing.assert_allclose(light.pixels_per_degree, expected, rtol=1e-6)
+        np.testing.assert_allclose(light.blur_deg, light.blur_px / expected[:, None], rtol=1e-6)
 
 
 @pytest.mark.parametrize("kept", [-0.6, 0.0, 0.4, 0.8])
