@@ -12,7 +12,7 @@ from designer.optics.view import image_radius_slope
 from designer.trace.instrument import build_instrument
 from designer.trace.pencils import pupil_places, trace_bundles
 from designer.verify.light import arriving_share, other_view_share, view_light
-from support.closed_forms import folded_hypl_hy
+from support.closed_forms import folded_hypl_hy, half_tangent
 from support.studied_designs import NAMES, studied_design
 
 
@@ -152,6 +152,20 @@ def test_mixing_is_told_at_the_end_and_over_the_zone():
     assert upper.mixed_at_ends[0] > 0.02
     assert upper.mixed_at_ends[1] == 0.0
     assert 0.0 < upper.mixed_in_zone < upper.mixed_at_ends[0]
+    # Over the zone, by a thousand rings that are equally wide on the sensor and weigh by their area.
+    camera, instrument = design.camera, build_instrument(design)
+    paths = [instrument.path(view.path) for view in (design.views.upper, design.views.lower)]
+    ends = [
+        np.tan(2.0 * np.arctan(design.views.upper.gain * half_tangent(phi, "direct")))
+        for phi in design.views.upper.elevation_deg
+    ]
+    borders = np.linspace(*ends, 1001)
+    middles = (borders[1:] + borders[:-1]) / 2.0
+    own, other = other_view_share(
+        instrument, paths[0], paths[1], middles, pupil_places(camera.pupil_radius_mm, 6), 1.0 / camera.focus_distance_mm
+    )
+    expected = np.sum(middles * other) / np.sum(middles * (own + other))
+    assert upper.mixed_in_zone == pytest.approx(expected, rel=0.03)
 
 
 def test_a_view_that_its_mirrors_cannot_show_has_no_light():
