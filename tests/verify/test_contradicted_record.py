@@ -76,7 +76,11 @@ def test_a_published_record_is_left_alone():
         (("views", "upper"), {"viewpoint_mm": 110.0}, ("viewpoint (110 mm)", "10 mm", "at 100 mm")),
         (("views", "lower"), {"sense": "direct"}, ("0.0398725054, direct", "its mirrors give 0.0398725054, folded")),
         (("working_volume",), {"elevation_deg": [16.0, -16.0]}, ("working_volume.elevation_deg [16, -16]",)),
+        (("working_volume",), {"elevation_deg": [-90.5, 16.0]}, ("working_volume.elevation_deg [-90.5, 16]",)),
+        (("working_volume",), {"elevation_deg": [-16.0, 90.5]}, ("working_volume.elevation_deg [-16, 90.5]",)),
         (("working_volume",), {"distance_mm": [0.0, 5000.0]}, ("working_volume.distance_mm [0, 5000]",)),
+        (("views", "upper"), {"elevation_deg": [-90.5, 16.0]}, ("upper view: elevation_deg [-90.5, 16] is not",)),
+        (("views", "lower"), {"elevation_deg": [-18.0, 90.5]}, ("lower view: elevation_deg [-18, 90.5] is not",)),
     ],
 )
 def test_each_contradiction_is_named_with_both_values(part, values: dict[str, Any], words: tuple[str, ...]):
