@@ -20,10 +20,11 @@ from support.closed_forms import (
     convex_ellipsoid_pair,
     direct_ellipsoid_pair,
     folded_hypl_hy,
+    half_tangent,
     paraboloid_pair,
     view_ranges,
 )
-from support.studied_designs import studied_design
+from support.studied_designs import NAMES, studied_design
 
 BUILDERS = [folded_hypl_hy, convex_ellipsoid_pair, paraboloid_pair, direct_ellipsoid_pair]
 
@@ -207,6 +208,30 @@ def test_swapped_zones_are_put_right():
     right, said = as_traced(wrong)
     assert right == design
     assert "zone is recorded as inner" in said[0]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_zones_of_studied_designs_are_believed_if_true_and_put_right_if_not(name):
+    design = studied_design(name)
+    assert as_traced(design) == (design, [])
+    zones = {view: record.zone for view, record in design.views.by_name.items()}
+    wrong = edited(edited(design, ("views", "upper"), zone=zones["lower"]), ("views", "lower"), zone=zones["upper"])
+    right, (said,) = as_traced(wrong)
+    assert right == design
+    assert f"zone is recorded as {zones['lower']} for the upper" in said
+
+
+@pytest.mark.parametrize("name", ["upper", "lower"])
+@pytest.mark.parametrize("ratio", [0.97, 1.03])
+def test_the_outer_zone_is_that_whose_middle_elevation_lies_farther_out(name, ratio):
+    design = folded_hypl_hy()
+    view, other = (design.views.by_name[one] for one in (name, "lower" if name == "upper" else "upper"))
+    # Half the pinhole angle of the other view's middle elevation, by the gain law; and ours a little off it.
+    reached = abs(other.gain) * half_tangent(sum(other.elevation_deg) / 2.0, other.sense)
+    from_axis = 2.0 * math.degrees(math.atan(ratio * reached / abs(view.gain)))
+    middle = from_axis - 90.0 if view.sense == "direct" else 90.0 - from_axis
+    right, _ = as_traced(edited(design, ("views", name), elevation_deg=[middle - 1.0, middle + 1.0]))
+    assert right.views.by_name[name].zone == ("outer" if ratio > 1.0 else "inner")
 
 
 def test_mirrors_without_a_single_viewpoint_say_so():
