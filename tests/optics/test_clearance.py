@@ -153,6 +153,49 @@ def test_every_pair_counts_but_those_that_meet_on_purpose(variant):
         assert set(bodies) == {frozenset(pair) for pair in combinations(rings, 2)} - {frozenset(camera)}
 
 
+def numbers(values) -> np.ndarray:
+    return np.array([float(np.ravel(value)[0]) for value in values])
+
+
+def points_of_leg(leg: Leg) -> np.ndarray:
+    """Points (n, 2) all over the light of a leg, from where it starts to where it ends."""
+    share = np.linspace(0.0, 1.0, 7)[:, None]
+    ends = []
+    for end in (leg.start, leg.end):
+        first, second = (numbers(point) for point in end.points)
+        line = first + share * (second - first)
+        if end.surface is not None:
+            line[:, 1] = end.surface.height(np.abs(line[:, 0]))
+        ends.append(line)
+    along = np.linspace(0.0, 1.0, 41)[:, None, None]
+    return (ends[0] + along * (ends[1] - ends[0])).reshape(-1, 2)
+
+
+def points_of_solid(solid: Solid) -> np.ndarray:
+    """Points (n, 2) on face and back of a solid, and on its rims."""
+    inner, outer, depth = numbers((solid.inner_radius, solid.outer_radius, solid.depth))
+    radii = np.linspace(inner, outer, 31)
+    face = np.stack([solid.side * radii, np.broadcast_to(solid.surface.height(radii), radii.shape)], axis=-1)
+    walls = [face[end] + np.array([0.0, share * depth]) for end in (0, -1) for share in np.linspace(0.0, 1.0, 9)]
+    return np.concatenate([face, face + np.array([0.0, depth]), walls])
+
+
+@pytest.mark.parametrize("variant", VARIANTS[::4], ids=variant_name)
+def test_no_separation_exceeds_the_distance_of_any_two_points(variant):
+    """Along whatever direction: a plane between two bodies leaves no more room than they have."""
+    problem = problem_of(shipped_requirement("pipe_inspection"), variant)
+    values = random_designs(problem, 4000, seed=7)
+    for index in np.flatnonzero(is_coherent(put_together(problem, values)))[:3]:
+        layout = put_together(problem, at(values, index)).layout
+        pairs = pair_up(layout)
+        light, bodies = separations(layout, pairs)
+        legs, solids = [points_of_leg(leg) for leg in layout.legs], [points_of_solid(one) for one in layout.solids]
+        for claimed, ones, rows in ((light, legs, pairs.leg_solid), (bodies, solids, pairs.solid_solid)):
+            for (i, j), of_pair in zip(rows, claimed[:, :, 0].T, strict=True):
+                apart = np.linalg.norm(ones[i][:, None] - solids[j][None], axis=-1).min()
+                assert of_pair.max() <= apart + 1e-6, (i, j, int(of_pair.argmax()))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["pipe_inspection", "ceiling_watch"])
 def test_separations_agree_with_the_tracer(name, record_property):
