@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from designer.design import Design
-from designer.optics.clearance import FaceRows, SolidRows, pair_up, separations
-from designer.optics.conic import FocalConic
-from designer.optics.layout import Layout, Leg, Solid
+from designer.optics.clearance import FaceRows, Pairs, SolidRows, pair_up, separations
+from designer.optics.conic import FocalConic, Surface
+from designer.optics.layout import Layout, Leg, LegEnd, Solid
 from designer.trace.bundles import pinhole_directions
 from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
 from designer.trace.instrument import build_instrument
@@ -151,6 +151,51 @@ def test_every_pair_counts_but_those_that_meet_on_purpose(variant):
         assert len(set(bodies)) == len(bodies)
         rings = {solid.name for solid in layout.solids}
         assert set(bodies) == {frozenset(pair) for pair in combinations(rings, 2)} - {frozenset(camera)}
+
+
+def speck(place: np.ndarray) -> Solid:
+    """A solid so small that it is a point in the meridional plane."""
+    return Solid("speck", 1, Surface(place[1], 0.0, 0.0), place[0], place[0], 0.0)
+
+
+def light_through(corners: np.ndarray) -> Leg:
+    """A leg without mirrors: from the first two corners to the other two, each ray from one to the next but one."""
+    ends = [LegEnd(tuple(tuple(point) for point in pair)) for pair in (corners[:2], corners[2:])]
+    return Leg("upper", "here -> there", *ends)
+
+
+def best_separation(leg: Leg, first: Solid, second: Solid) -> tuple[float, float]:
+    """The largest of a leg from the first solid, and of the two solids from each other."""
+    layout = Layout((), (leg,), (first, second))
+    light, bodies = separations(layout, Pairs((leg,), layout.solids, ((0, 0),), ((0, 1),)))
+    return float(light.max()), float(bodies.max())
+
+
+FAR_AWAY = speck(np.array([900.0, -900.0]))
+
+
+@pytest.mark.parametrize("edge", [(0, 1), (2, 3), (0, 2), (1, 3)], ids=["start", "end", "inner ray", "outer ray"])
+def test_a_point_beside_an_edge_of_the_light_is_as_far_from_it_as_from_its_line(edge):
+    corners = np.array([[10.0, 0.0], [14.0, 1.0], [9.0, 20.0], [18.0, 23.0]])
+    first, second = corners[list(edge)]
+    along = (second - first) / np.linalg.norm(second - first)
+    outwards = np.array([along[1], -along[0]])
+    outwards *= np.sign(outwards @ (first - corners.mean(axis=0)))
+    place = (first + second) / 2.0 + 3.0 * outwards
+    separation, _ = best_separation(light_through(corners), speck(place), FAR_AWAY)
+    assert separation == pytest.approx(3.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_point_inside_a_bowl_is_as_far_from_it_as_from_the_chord_between_its_rims(side):
+    bowl = Solid("bowl", side, Surface(50.0, 0.02, 0.0), 10.0, 40.0, -5.0)
+    inner, outer = (np.array([side * radius, 50.0 + 0.01 * radius**2]) for radius in (10.0, 40.0))
+    along = (outer - inner) / np.linalg.norm(outer - inner)
+    place = (inner + outer) / 2.0 + 4.0 * np.array([-along[1], along[0]]) * side
+    of_light, of_solids = best_separation(light_through(np.tile(place, (4, 1))), bowl, speck(place))
+    assert (of_light, of_solids) == pytest.approx((4.0, 4.0), abs=1e-9)
+    _, turned = best_separation(light_through(np.tile(place, (4, 1))), speck(place), bowl)
+    assert turned == pytest.approx(4.0, abs=1e-9)
 
 
 def numbers(values) -> np.ndarray:
