@@ -19,7 +19,7 @@ LIGHT = ViewLight(
     arrives=np.array([[0.91, 0.73], [0.2, 0.3], [0.84, 1.0]]),
     stopped_by=np.full((3, 2), "direct"),
     blur_px=np.array([[1.0, 2.0], [3.0, 6.5], [4.0, 5.0]]),
-    mixed_at_ends=(0.031, 0.0),
+    mixed_at_ends=(0.0314, 0.0),
     mixed_in_zone=0.012,
     pixels_per_degree=np.array([4.0, 26.0, 8.0]),
 )

@@ -96,15 +96,17 @@ def test_solids_meet_where_their_sections_do(build, which, shift, wider, thickne
             assert pair not in said
 
 
-@pytest.mark.parametrize(("vertex", "touches"), [(95.0, True), (97.9, True), (30.0, False), (110.0, False)], ids=str)
-def test_rings_side_by_side_touch_where_their_walls_have_a_height_in_common(vertex, touches):
-    """A flat ring that ends at the radius where the direct mirror begins."""
+@pytest.mark.parametrize(
+    ("offset", "touches"),
+    [(0.0, True), (-1.9, True), (1.9, True), (-2.0, True), (2.0, True), (-2.1, False), (2.1, False)],
+    ids=str,
+)
+def test_rings_side_by_side_touch_where_their_walls_have_a_height_in_common(offset, touches):
+    """A flat ring that ends at the radius where the direct mirror begins; both are 2 mm thick, corners count."""
     design = folded_hypl_hy()
     direct = design.mirror("direct")
-    design = moved(design, "secondary", vertex_mm=vertex, outer_radius_mm=direct.inner_radius_mm)
     wall = direct.vertex_mm + float(sag(direct, direct.inner_radius_mm))
-    # Both are 2 mm thick.
-    assert touches == (wall - 2.0 <= vertex <= wall + 2.0)
+    design = moved(design, "secondary", vertex_mm=wall + offset, outer_radius_mm=direct.inner_radius_mm)
     problems = [problem for problem in contact_problems(design) if problem.startswith("secondary and direct")]
     assert problems == ([f"secondary and direct touch at radius {direct.inner_radius_mm:.4g} mm"] if touches else [])
 
