@@ -122,6 +122,17 @@ def test_sheets_without_thickness_that_cross_are_told_where():
     assert float(re.search(r"at radius (\S+) mm", said)[1]) == pytest.approx(radius, rel=0.01)
 
 
+@pytest.mark.parametrize("rim", ["inner_radius_mm", "outer_radius_mm"])
+def test_sheets_without_thickness_that_meet_in_a_rim_alone_touch(rim):
+    design = folded_hypl_hy(thickness=0.0)
+    direct = design.mirror("direct")
+    radius = getattr(direct, rim)
+    height = direct.vertex_mm + float(sag(direct, radius))
+    design = moved(design, "secondary", vertex_mm=height, outer_radius_mm=direct.outer_radius_mm)
+    (said,) = (problem for problem in contact_problems(design) if problem.startswith("secondary and direct"))
+    assert said == f"secondary and direct touch at radius {radius:.4g} mm"
+
+
 @pytest.mark.parametrize("thickness", [0.0, 2.0])
 def test_rims_are_the_ends_of_every_face_and_back_and_of_the_camera(thickness):
     design = folded_hypl_hy(thickness=thickness)
