@@ -12,12 +12,20 @@ from designer.trace.sequential import trace_sequential
 from designer.verify.fans import FanClearance, fan_clearance
 from designer.verify.solids import Rims
 from support.closed_forms import direct_ellipsoid_pair, folded_hypl_hy, half_tangent, paraboloid_pair
+from support.studied_designs import studied_design
 
 RAYS, RIMS = 25, 50
 # No rim lies farther out than this much of the last leg.
 WORLD_MM = 400.0
 STEP_MM = 0.2
-DESIGNS = [folded_hypl_hy, direct_ellipsoid_pair, paraboloid_pair]
+
+
+def pair_with_a_focus_between() -> Design:
+    """The light of its lower view crosses the axis between the secondary and the primary."""
+    return studied_design("pipe_inspection:folded-PlEl-El-upper_inner")
+
+
+DESIGNS = [folded_hypl_hy, direct_ellipsoid_pair, paraboloid_pair, pair_with_a_focus_between]
 
 
 def rays_of(design: Design, name: str) -> tuple[tuple[int, ...], np.ndarray, np.ndarray]:
