@@ -59,6 +59,10 @@ def test_a_published_record_is_left_alone():
     assert as_traced(design) == (design, [])
 
 
+def test_an_image_circle_may_reach_the_corner_of_the_sensor():
+    assert record_problems(edited(folded_hypl_hy(), ("camera",), image_circle_radius_px=1000.0)) == []
+
+
 @pytest.mark.parametrize(
     ("part", "values", "words"),
     [

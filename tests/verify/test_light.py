@@ -177,3 +177,12 @@ def test_a_view_that_its_mirrors_cannot_show_has_no_light():
     assert light.stopped_by[2, 0] == "direct"
     assert np.isnan(light.blur_px[2]).all()
     assert np.isnan(light.mixed_in_zone)
+
+
+def test_light_that_finds_no_way_has_missed_the_first_mirror():
+    design = studied_design("indoor_robot:folded-HyPl-Hy-upper_outer")
+    lower = design.views.lower.model_copy(update={"elevation_deg": (-89.0, 0.0)})
+    light = view_light(design.model_copy(update={"views": design.views.model_copy(update={"lower": lower})}))["lower"]
+    assert light.arrives[0].tolist() == [0.0, 0.0]
+    assert np.isnan(light.blur_px[0]).all()
+    assert (light.stopped_by[0] == "secondary").all()

@@ -19,7 +19,7 @@ Section = tuple[float, float, np.ndarray, np.ndarray]
 SAMPLES = 3001
 
 
-def moved(design: Design, name: str, **values: float) -> Design:
+def moved(design: Design, name: str, **values: float | str) -> Design:
     mirrors = [one.model_copy(update=values) if one.name == name else one for one in design.mirrors]
     return design.model_copy(update={"mirrors": tuple(mirrors)})
 
@@ -120,6 +120,13 @@ def test_sheets_without_thickness_that_cross_are_told_where():
     design = moved(design, "secondary", vertex_mm=height, outer_radius_mm=direct.outer_radius_mm)
     (said,) = (problem for problem in contact_problems(design) if problem.startswith("secondary and direct"))
     assert float(re.search(r"at radius (\S+) mm", said)[1]) == pytest.approx(radius, rel=0.01)
+
+
+def test_a_face_that_ends_before_its_rim_still_meets_what_it_meets():
+    """A ball of 5 mm, said to reach out to 7 mm, a millimetre deep in the lens barrel, whose front lies at 3 mm."""
+    ball = {"vertex_mm": 2.0, "radius_mm": 5.0, "conic": 0.0, "kind": "ellipsoid", "outer_radius_mm": 7.0}
+    problems = contact_problems(moved(folded_hypl_hy(), "secondary", **ball))
+    assert "secondary and lens barrel penetrate each other by 1 mm at radius 0 mm" in problems
 
 
 @pytest.mark.parametrize("rim", ["inner_radius_mm", "outer_radius_mm"])
