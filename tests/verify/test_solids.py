@@ -91,7 +91,7 @@ def test_solids_meet_where_their_sections_do(build, which, shift, wider, thickne
         if depth > 1e-3:
             found = re.search(r"penetrate each other by (\S+) mm", said[pair])
             assert found is not None
-            assert float(found[1]) == pytest.approx(depth, rel=6e-3, abs=2e-2)
+            assert float(found[1]) == pytest.approx(depth, rel=6e-3, abs=0.1)
         elif depth < -1e-3:
             assert pair not in said
 
