@@ -186,6 +186,19 @@ def test_a_point_beside_an_edge_of_the_light_is_as_far_from_it_as_from_its_line(
     assert separation == pytest.approx(3.0, abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("place", "apart"), [((15.0, 35.0), 3.0), ((15.0, 26.0), 4.0), ((24.0, 31.0), 4.0), ((7.0, 31.0), 3.0)], ids=str
+)
+def test_a_point_over_under_around_or_within_a_flat_ring_is_as_far_as_it_looks(place, apart):
+    """From 10 to 20 mm off the axis and from 30 to 32 mm high."""
+    ring = Solid("ring", 1, Surface(30.0, 0.0, 0.0), 10.0, 20.0, 2.0)
+    point = np.array(place)
+    light = light_through(np.tile(point, (4, 1)))
+    assert best_separation(light, ring, speck(point)) == pytest.approx((apart, apart), abs=1e-9)
+    _, turned = best_separation(light, speck(point), ring)
+    assert turned == pytest.approx(apart, abs=1e-9)
+
+
 @pytest.mark.parametrize("side", [1, -1])
 def test_a_point_inside_a_bowl_is_as_far_from_it_as_from_the_chord_between_its_rims(side):
     bowl = Solid("bowl", side, Surface(50.0, 0.02, 0.0), 10.0, 40.0, -5.0)
