@@ -259,5 +259,9 @@ def read_design(path: Path) -> Design:
 
 def write_design(design: Design, path: Path) -> None:
     """Write a design file, whole or not at all."""
-    content = design.model_dump(mode="json", by_alias=True)
-    write_atomically(path, json.dumps(content, indent=2, allow_nan=False) + "\n")
+    write_atomically(path, design_to_json(design))
+
+
+def design_to_json(design: Design) -> str:
+    """The text of a design file."""
+    return json.dumps(design.model_dump(mode="json", by_alias=True), indent=2, allow_nan=False) + "\n"

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import tempfile
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from designer.files import InputError, check_folder
+from designer.files import InputError
 
 if TYPE_CHECKING:
+    from designer.requirement import Requirement
     from designer.requirement.model import Objective
     from designer.study.columns import Column
     from designer.study.row import Row
@@ -82,8 +82,19 @@ def study(
     if only:
         asked = restrict(asked, only, "--only")
     folder = out or Path("reports") / asked.name
-    _make_folder(folder)
 
+    from designer.study.claim import claimed
+    from designer.study.names import names_of_study
+
+    with claimed(folder, names_of_study(each.name for each in asked.configurations)) as kept:
+        if kept and not quiet:
+            from designer.study.manifest import listed
+
+            click.echo(f"{folder}: not written by the study, and kept: {listed(kept)}", err=True)
+        _run(asked, folder, not no_pdf, checks, jobs, quiet)
+
+
+def _run(asked: Requirement, folder: Path, with_pdf: bool, checks: int, jobs: int | None, quiet: bool) -> None:
     from designer.cli.progress import show_progress
     from designer.study.folder import with_checks
     from designer.study.process_pool import cores
@@ -93,7 +104,7 @@ def study(
         found = run_study(asked, folder, jobs=jobs or cores(), progress=progress)
     _check_best(found, folder, checks, jobs or cores(), quiet)
     pdf = None
-    if not no_pdf:
+    if with_pdf:
         if not quiet:
             click.echo("Typesetting study.pdf ...", err=True)
         pdf = _typeset(with_checks(found, folder), folder, quiet)
@@ -107,9 +118,11 @@ def report(folder: Path) -> None:
     """Typeset study.pdf again from the folder of a study."""
     if not folder.is_dir():
         raise InputError(f"{folder}: must be the folder of a study")
+    from designer.study.claim import locked
     from designer.study.folder import read_study
 
-    click.echo(_typeset(read_study(folder), folder))
+    with locked(folder):
+        click.echo(_typeset(read_study(folder), folder))
 
 
 def _check_best(found: Study, folder: Path, count: int, jobs: int, quiet: bool) -> None:
@@ -138,20 +151,9 @@ def _typeset(found: Study, folder: Path, quiet: bool = False) -> Path:
     return write_pdf(found, folder, None if quiet else tell)
 
 
-def _make_folder(folder: Path) -> None:
-    """Find out now, and not after minutes of work, whether results can be written."""
-    try:
-        check_folder(folder)
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise InputError(f"{folder}: results cannot be written there: {error.strerror or error}") from None
-
-
 def _result(found: Study, folder: Path, pdf: Path | None) -> str:
     """Where the results are, how many configurations came to what, and the best designs."""
-    from designer.study.folder import RESULTS
+    from designer.study.names import RESULTS
 
     parts = [*_ranking(found), _counts(found)]
     if found.feasible:
@@ -205,7 +207,7 @@ def _how_ranked(objective: Objective) -> str:
 def _notes_on_best(found: Study, folder: Path, pdf: Path | None) -> list[str]:
     """How many fabrication notes there are on the best design, and where they stand; nothing if there are none."""
     from designer.evaluate.score import recorded_fabrication_notes
-    from designer.study.folder import design_path
+    from designer.study.names import design_path
 
     (row, design), *_ = found.best(1)
     count = len(recorded_fabrication_notes(design))

@@ -190,6 +190,26 @@ def test_a_folder_that_cannot_be_written_is_found_out_before_the_work(asked: Pat
     assert not calls.requirements
 
 
+def test_a_folder_that_is_no_study_is_refused_before_the_work(asked: Path, calls: Calls) -> None:
+    Path("project/designs").mkdir(parents=True)
+    Path("project/designs/package.json").write_text("{}", encoding="utf-8")
+    line = refused("study", asked, "--out", "project")
+    assert line == "designer: project: not the folder of a study; choose an empty or a new folder with --out"
+    assert not calls.requirements
+    assert [path.name for path in Path("project").rglob("*")] == ["designs", "package.json"]
+
+
+def test_what_a_study_keeps_is_named_in_one_line(asked: Path, calls: Calls) -> None:
+    assert run("study", asked).exit_code == 0
+    Path("reports/my/notes.txt").write_text("mine", encoding="utf-8")
+    assert run("study", asked).stderr.startswith("reports/my: not written by the study, and kept: notes.txt\n[1/2]")
+    Path("reports/my/designs.csv").write_text("mine", encoding="utf-8")
+    assert refused("study", asked) == (
+        "designer: reports/my: designs.csv: not written by the study, or changed since; move it away, or choose "
+        "another folder with --out"
+    )
+
+
 def test_a_full_disk_is_one_line(asked: Path, calls: Calls, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*arguments: object, **options: object) -> None:
         raise OSError(28, "No space left on device", "reports/my/designs.csv")
