@@ -45,9 +45,13 @@ def sweep(
 
     from designer.study.sweep.run import run_sweep
 
+    def tell(note: str) -> None:
+        if not quiet:
+            click.echo(note, err=True)
+
     cluster = _cluster(jobs, scheduler, workers)
     with _show_progress(quiet) as progress:
-        run_sweep(definition, base, folder, jobs=jobs or cores(), workers=cluster, progress=progress)
+        run_sweep(definition, base, folder, jobs=jobs or cores(), workers=cluster, progress=progress, tell=tell)
     pdf = None if no_pdf else _typeset(folder)
     if not quiet:
         click.echo(_result(folder, pdf))
