@@ -246,9 +246,14 @@ def read_design(path: Path) -> Design:
     """
     text = read_text(path)
     try:
-        return Design.model_validate(json.loads(text))
+        content = json.loads(text)
+        json.dumps(content, ensure_ascii=False).encode("utf-8")
+        return Design.model_validate(content)
     except json.JSONDecodeError as error:
         raise InputError(f"{path}: not JSON: {error.msg} at line {error.lineno}, column {error.colno}") from None
+    except UnicodeEncodeError as error:
+        half = ascii(error.object[error.start]).strip("'")
+        raise InputError(f"{path}: contains {half}, half of a surrogate pair, which is no character") from None
     except RecursionError:
         raise InputError(f"{path}: nested too deeply for a design file") from None
     except ValidationError as error:

@@ -30,6 +30,8 @@ def read_bytes(path: Path, largest_bytes: int, kind: str = "such file") -> bytes
             data = stream.read(largest_bytes + 1)
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except ValueError:
+        raise InputError(f"{str(path)!r}: no file can have this name: it contains a NUL character") from None
     if len(data) > largest_bytes:
         raise InputError(f"{path}: larger than {largest_bytes / 1e6:g} MB, too large for this kind of file ({kind})")
     return data
@@ -112,16 +114,17 @@ def describe_validation_error(path: Path | str, error: ValidationError) -> str:
     message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be", 1)
     message = message.replace("Field required", "is required but missing", 1)
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    return f"{path}: {_shortened_text(key)}{value}: {message}{more}"
+    return f"{path}: {shortened(key)}{value}: {message}{more}"
 
 
 def _shortened(value: object) -> str:
     try:
-        return _shortened_text(repr(value))
+        return shortened(repr(value))
     except ValueError:  # an integer of more digits than Python prints
         return "(a number with thousands of digits)"
 
 
-def _shortened_text(text: str, longest: int = 60) -> str:
+def shortened(text: str, longest: int = 60) -> str:
+    """Text in one line of at most so many characters."""
     text = " ".join(text.split())
     return text if len(text) <= longest else text[: longest - 1] + "…"

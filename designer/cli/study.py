@@ -82,6 +82,8 @@ def study(
     if only:
         asked = restrict(asked, only, "--only")
     folder = out or Path("reports") / asked.name
+    if checks:
+        _refuse_too_large(asked)
 
     from designer.study.claim import claimed
     from designer.study.names import names_of_study
@@ -123,6 +125,16 @@ def report(folder: Path) -> None:
 
     with locked(folder):
         click.echo(_typeset(read_study(folder), folder))
+
+
+def _refuse_too_large(asked: Requirement) -> None:
+    """Find out now, and not after minutes of work, whether designs can be rendered for their checks."""
+    from designer.imaging.render.camera_rays import refuse_too_large
+
+    try:
+        refuse_too_large(asked.camera.width_px, asked.camera.height_px)
+    except InputError as error:
+        raise InputError(f"camera: {error}; use --checks 0 to study it without end-to-end checks") from None
 
 
 def _check_best(found: Study, folder: Path, count: int, jobs: int, quiet: bool) -> None:

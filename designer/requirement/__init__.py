@@ -5,6 +5,7 @@ from designer.requirement.fixed import Fixed, FixedMirror, FixedView
 from designer.requirement.model import PREDICTED, SAME_OBJECTIVE, Objective, Requirement, Solve
 from designer.requirement.reading import (
     NOT_ASKED,
+    index_in,
     name_from,
     read_requirement,
     read_toml,
@@ -30,6 +31,7 @@ __all__ = [
     "Requirement",
     "Solve",
     "WorkingVolume",
+    "index_in",
     "name_from",
     "read_requirement",
     "read_toml",

@@ -204,10 +204,13 @@ def _read_pareto(path: Path) -> tuple[ParetoRow, ...]:
 
 def _read_records(path: Path, needed: tuple[str, ...]) -> list[dict[str, str]]:
     reader = csv.DictReader(io.StringIO(read_text(path)), restval="")
-    for column in needed:
-        if column not in (reader.fieldnames or ()):
-            raise InputError(f"{path}: column {column} is missing")
-    return [{key: value for key, value in record.items() if key is not None} for record in reader]
+    try:
+        for column in needed:
+            if column not in (reader.fieldnames or ()):
+                raise InputError(f"{path}: column {column} is missing")
+        return [{key: value for key, value in record.items() if key is not None} for record in reader]
+    except csv.Error as error:
+        raise InputError(f"{path}: not a table that a study wrote: {error} (line {reader.line_num})") from None
 
 
 def _number(text: str) -> float | None:
