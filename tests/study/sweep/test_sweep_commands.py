@@ -204,7 +204,7 @@ def test_a_full_disk_is_one_line(tiny, monkeypatch):
 
 
 def test_nothing_feasible_is_a_table_without_a_report(tiny, tmp_path):
-    (tmp_path / "tiny.toml").write_text(TINY + '[[axis]]\nkey = "envelope.height_mm"\nvalues = [60]\n')
+    (tmp_path / "tiny.toml").write_text(TINY + '[[axis]]\nkey = "envelope.height_mm"\nvalues = [110]\n')
     result = invoke("sweep", tiny, "--jobs", 1)
     assert result.exit_code == 0
     assert "2 configuration problems: 2 infeasible" in result.stdout
