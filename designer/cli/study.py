@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from designer.study.study import Study
 
 SHOWN_DESIGNS = 10
-SECONDS_OF_A_CHECK = "10 to 30 s"
+SECONDS_OF_A_CHECK = (10.0, 30.0)
+"""For 1600 x 1200 pixels."""
 
 
 class _WordsAfterOnly(click.Command):
@@ -89,11 +90,19 @@ def study(
     from designer.study.names import names_of_study
 
     with claimed(folder, names_of_study(each.name for each in asked.configurations)) as kept:
-        if kept and not quiet:
-            from designer.study.manifest import listed
-
-            click.echo(f"{folder}: not written by the study, and kept: {listed(kept)}", err=True)
+        if not quiet:
+            _tell_beforehand(asked, folder, kept)
         _run(asked, folder, not no_pdf, checks, jobs, quiet)
+
+
+def _tell_beforehand(asked: Requirement, folder: Path, kept: list[str]) -> None:
+    from designer.requirement.notes import notes_on
+    from designer.study.manifest import listed
+
+    if kept:
+        click.echo(f"{folder}: not written by the study, and kept: {listed(kept)}", err=True)
+    for note in notes_on(asked):
+        click.echo(f"note: {note}", err=True)
 
 
 def _run(asked: Requirement, folder: Path, with_pdf: bool, checks: int, jobs: int | None, quiet: bool) -> None:
@@ -122,6 +131,10 @@ def report(folder: Path) -> None:
         raise InputError(f"{folder}: must be the folder of a study")
     from designer.study.claim import locked
     from designer.study.folder import read_study
+    from designer.study.names import REQUIREMENT, RESULTS
+
+    if not (folder / RESULTS).exists() and not (folder / REQUIREMENT).exists():
+        raise InputError(f"{folder}: not the folder of a study: it contains neither {RESULTS} nor {REQUIREMENT}")
 
     with locked(folder):
         click.echo(_typeset(read_study(folder), folder))
@@ -150,8 +163,19 @@ def _check_best(found: Study, folder: Path, count: int, jobs: int, quiet: bool) 
     designs = [design for _, design in found.best(count)]
     if designs and not quiet:
         which = "best design" if len(designs) == 1 else f"{len(designs)} best designs"
-        click.echo(f"Checking the {which} end to end, {SECONDS_OF_A_CHECK} per design ...", err=True)
+        click.echo(f"Checking the {which} end to end, {_time_of_a_check(found.requirement)} per design ...", err=True)
     check_designs(designs, folder, jobs=jobs, progress=None if quiet else tell)
+
+
+def _time_of_a_check(asked: Requirement) -> str:
+    """How long a check takes: as long as there are pixels to render."""
+    from designer.cli.progress import duration
+
+    share = asked.camera.width_px * asked.camera.height_px / (1600 * 1200)
+    least, most = (duration(max(1.0, share * seconds)) for seconds in SECONDS_OF_A_CHECK)
+    return (
+        f"{least.removesuffix(' s') if most.endswith(' s') else least} to {most}" if least != most else f"about {most}"
+    )
 
 
 def _typeset(found: Study, folder: Path, quiet: bool = False) -> Path:
@@ -168,8 +192,7 @@ def _result(found: Study, folder: Path, pdf: Path | None) -> str:
     from designer.study.names import RESULTS
 
     parts = [*_ranking(found), _counts(found)]
-    if found.feasible:
-        parts += _notes_on_best(found, folder, pdf)
+    parts += _notes_on_best(found, folder, pdf) if found.feasible else _why_nothing(found)
     parts.append(f"{pdf or folder / RESULTS}")
     return "\n".join(parts)
 
@@ -204,6 +227,26 @@ def _counts(found: Study) -> str:
     counts = Counter(row.status for row in found.rows).most_common()
     listed = ", ".join(f"{count} {status}" for status, count in counts)
     return f"{len(found.rows)} configuration{'s' * (len(found.rows) != 1)}: {listed}"
+
+
+def _why_nothing(found: Study) -> list[str]:
+    """What stood in the way most often if nothing is feasible."""
+    from collections import Counter
+
+    limits = Counter(row.text("closest_constraint") for row in found.rows if row.text("closest_constraint"))
+    if limits:
+        (constraint, times), *_ = limits.most_common(1)
+        near = [row for row in found.rows if row.text("closest_constraint") == constraint]
+        nearest = min(near, key=lambda row: row.number("closest_violation") or 0.0)
+        return [
+            f"most frequent limiting constraint ({times} of {len(found.with_status('infeasible'))}): {constraint}; "
+            f"least violated by {nearest.configuration}: {nearest.number('closest_violation'):.3g} "
+            f"{nearest.text('closest_unit')}"
+        ]
+    reasons = Counter(row.text("reason") for row in found.rows if row.text("reason"))
+    return [
+        f"most frequent reason ({times} of {len(found.rows)}): {reason}" for reason, times in reasons.most_common(1)
+    ]
 
 
 def _how_ranked(objective: Objective) -> str:

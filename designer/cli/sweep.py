@@ -42,6 +42,11 @@ def sweep(
 
     definition, base = read_sweep(sweep)
     folder = out or Path("reports") / definition.name
+    if not quiet:
+        from designer.requirement.notes import notes_on
+
+        for note in notes_on(base):
+            click.echo(f"note: {note}", err=True)
 
     from designer.study.sweep.run import run_sweep
 

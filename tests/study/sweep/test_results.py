@@ -172,6 +172,7 @@ def test_the_report_prints_nothing_its_fonts_lack_and_says_so(finished_folder, t
     table = api.read_sweep_folder(folder)
     shown = sweep_report.legible(sweep_report.source(folder, tables_of(table.table, table.winners)))
     assert "Sweep … of two" in shown
+    assert "base requirement base.toml" in shown
     assert "Größe, …" in shown
     assert "report fonts do not contain some characters" in shown
     assert not missing_characters(shown)

@@ -224,7 +224,8 @@ def test_comparing_prints_what_was_asked_who_won_and_the_scores(tiny, tmp_path):
     assert "Winners: 0 of 2 have a different configuration in B." in lines
     first, second = (read_sweep_results(tmp_path / folder)["depth_error_rms"] for folder in "ab")
     median = 100 * (second - first).median()
-    assert next(line for line in lines if line.startswith("depth error")).split()[2:4] == [f"{median:+.4g}", "%"]
+    changes = next(line for line in lines if line.startswith("depth error"))
+    assert changes.split()[2:5] == [f"{median:+.4g}", "percentage", "points"]
 
 
 def test_comparing_refuses_in_a_line(tiny, tmp_path):
