@@ -55,7 +55,7 @@ def read_manifest(folder: Path) -> Manifest | None:
         content = json.loads(read_text(path))
         return {_inside(name): None if digest is None else str(digest) for name, digest in content["files"].items()}
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
-        raise InputError(f"{path}: is damaged; choose another folder, or remove it if no file here is needed") from None
+        raise InputError(f"{path}: is damaged; use another folder, or remove it if no file here is needed") from None
 
 
 def announce(folder: Path, names: Collection[str]) -> None:
@@ -105,7 +105,7 @@ def refuse_others(folder: Path, manifest: Manifest, names: Iterable[str]) -> Non
     if others:
         raise InputError(
             f"{folder}: {listed(others)}: not written by the study, or changed since; move "
-            f"{'it' if len(others) == 1 else 'them'} away, or choose another folder with --out"
+            f"{'it' if len(others) == 1 else 'them'} away, or use another folder"
         )
 
 

@@ -208,8 +208,8 @@ def test_what_a_study_keeps_is_named_in_one_line(asked: Path, calls: Calls) -> N
     assert run("study", asked).stderr.startswith("reports/my: not written by the study, and kept: notes.txt\n[1/2]")
     Path("reports/my/designs.csv").write_text("mine", encoding="utf-8")
     assert refused("study", asked) == (
-        "designer: reports/my: designs.csv: not written by the study, or changed since; move it away, or choose "
-        "another folder with --out"
+        "designer: reports/my: designs.csv: not written by the study, or changed since; move it away, or use "
+        "another folder"
     )
 
 

@@ -137,6 +137,15 @@ def test_a_camera_too_large_to_render_is_said_before_the_work(tmp_path):
         render(design.model_copy(update={"camera": design.camera.model_copy(update=large)}), world)
 
 
+def test_too_little_memory_is_one_line(monkeypatch):
+    def exhausted(path: Path) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("designer.design.read_design", exhausted)
+    result = CliRunner().invoke(cli, ["trace", str(DESIGN)])
+    assert (result.exit_code, result.stderr) == (1, "designer: out of memory\n")
+
+
 INTERRUPTED_IMPORT = """
 import signal, sys
 class Interrupt:
