@@ -17,6 +17,7 @@ import numpy as np
 
 from designer.configurations import Configuration
 from designer.goals import GOALS, TypicalSizes
+from designer.optimise.constraints import FIXED
 from designer.optimise.impossibility import why_fixed_conflicts, why_impossible
 from designer.optimise.limit import limit_of
 from designer.optimise.multistart import (
@@ -376,8 +377,11 @@ def _shortfalls(miss: Candidate) -> list[Shortfall]:
     evaluation, variant = miss.evaluation, miss.problem.variant.label
     failing = np.flatnonzero(evaluation.violations[:, 0] >= (1.0 - TIED) * evaluation.violations[:, 0].max())
     # A constraint on both ends of a zone has one name for the two.
-    amounts = {
-        evaluation.names[index]: (abs(float(evaluation.amounts[index, 0])), evaluation.units[index])
-        for index in failing
-    }
+    amounts = {}
+    for index in failing:
+        name, amount, unit = evaluation.names[index], float(evaluation.amounts[index, 0]), evaluation.units[index]
+        if name.startswith(FIXED):
+            side = "too high" if amount > 0.0 else "too low"
+            unit = f"{side} {unit}" if unit.startswith("(") else f"{unit} {side}"
+        amounts[name] = (abs(amount), unit)
     return [Shortfall(name, *amounts[name], miss.violation, variant) for name in sorted(amounts)]

@@ -181,3 +181,4 @@ def test_an_image_without_any_match_is_still_written(captured, tmp_path):
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["points"] == 0
     assert summary["outcomes"]["no_texture"] > 0.9
+    assert result.stderr.startswith("few points are left: check that the image and the design belong together")

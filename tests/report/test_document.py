@@ -26,6 +26,7 @@ from designer.report.typst.glyphs import missing_characters
 from designer.report.typst.markup import cell, typographic
 from designer.report.typst.pdf import typeset
 from designer.study.folder import read_study
+from designer.study.manifest import settle
 
 SQUARE = b'<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><rect width="9" height="9"/></svg>'
 
@@ -242,6 +243,7 @@ def test_figures_of_an_earlier_report_go(tmp_path: Path) -> None:
     stale.parent.mkdir()
     for file in (stale, foreign):
         file.write_text("<svg/>")
+    settle(path, ["figures/resolution-gone.svg"])
     write_pdf(read_study(path), path)
     assert not stale.exists()
     assert foreign.exists()

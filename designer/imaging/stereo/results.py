@@ -112,7 +112,6 @@ def process(rig: StereoRig, raw: Image, request: StereoRequest) -> StereoResult:
     )
     matches = match_image(rig, raw, options)
     pair = panoramas(rig, raw)
-    # The points are coloured by the panorama that is written beside them.
     cloud = point_cloud(rig, raw, matches, request.noise_px, colours=pair["upper"])
     plan = floor_plan(cloud, request.slab_mm or heights_at_every_distance(rig.design), rig.search.distances_mm[1])
     return StereoResult(rig, pair["upper"], pair["lower"], matches, cloud, plan)

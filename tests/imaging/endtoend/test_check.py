@@ -5,10 +5,8 @@ import pytest
 
 from designer.design import Design
 from designer.imaging.endtoend import description
-from designer.imaging.endtoend.bands import LARGEST_BIAS, LARGEST_BIAS_SIGMAS
-from designer.imaging.endtoend.check import CheckOptions, EndToEndCheck, check_design
+from designer.imaging.endtoend.check import CheckOptions, check_design
 from designer.imaging.endtoend.description import definition_of_passing, describe_check, summarise_check
-from designer.imaging.stereo.matching import MatchOutcome
 from support.studied_designs import studied_design
 
 PROTOTYPE = "indoor_robot:folded-HyPl-Hy-upper_outer"
