@@ -33,13 +33,15 @@ def test_winners_pass_and_keep_what_a_pinhole_keeps(name: str) -> None:
     ("name", "seed"), [(name, number % 3) for number, name in enumerate(SHARP_NAMES) if name not in WINNERS]
 )
 def test_every_family_folding_pair_and_sign_of_gain_does(name: str, seed: int) -> None:
-    """Over pixels twice as large, a quarter of the work: blur as an angle is the same."""
+    """Over pixels twice as large, a quarter of the work: blur as an angle is the same.
+
+    Through a pinhole such pixels fold fine texture down; the lens takes it away and so keeps more.
+    """
     design = with_coarse_pixels(sharp_design(name), COARSER)
     checks = check_with_control(design, CheckOptions(seed=seed))
     assert checks.kept_of_pinhole is not None
     assert checks.kept_of_pinhole >= LEAST_KEPT_OF_PINHOLE, describe_comparison(checks)
-    for check in (checks.lens, checks.pinhole):
-        assert_it_passes_everywhere(check, name)
+    assert_it_passes_everywhere(checks.lens, name)
 
 
 def assert_it_passes_everywhere(check: EndToEndCheck, name: str) -> None:
