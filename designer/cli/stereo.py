@@ -83,6 +83,9 @@ def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
     dropped = {name: part for name, part in outcomes.items() if name != "kept" and part > 0}
     reasons = ", ".join(f"{name.replace('_', ' ')} {100 * part:.1f} %" for name, part in dropped.items())
     click.echo(f"rejected: {reasons or 'none'}")
+    if (shift := result.depth_shift) is not None:
+        median, largest = (f"{0.1 * each:.2g} %" for each in shift)
+        click.echo(f"systematic: 0.1 % of image scale shifts these distances by {median} (median), up to {largest}")
 
 
 def _placement(design: Design, asked: dict[str, Any]) -> ImagePlacement:

@@ -235,8 +235,8 @@ def second_order(first_order: ArrayLike) -> NDArray[np.float64]:
 
     Noise and scale change the disparity by a Gaussian fraction x of deviation s, and D'/D - 1 = 1/(1 + x) - 1 =
     -x + x^2 - x^3, whence a bias of s^2, a variance of s^2 (1 + 8 s^2) and a mean square of s^2 (1 + 9 s^2); the next
-    term of the last is 75 s^6. That each slope bends with its image radius adds less than 2e-4 of the error in the shipped studies and
-    is left out. Within 2 percent of the truth up to ``SECOND_ORDER_BOUND``.
+    term of the last is 75 s^6. That each slope bends with its image radius adds less than 2e-4 of the error in the
+    shipped studies and is left out. Within 2 percent of the truth up to ``SECOND_ORDER_BOUND``.
     """
     error = np.asarray(first_order, dtype=float)
     return np.asarray(error * np.sqrt(1.0 + 9.0 * error * error))

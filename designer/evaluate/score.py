@@ -55,10 +55,11 @@ class DepthScore:
     """Relative depth errors over the working volume, and what the closed form allows.
 
     ``depth_error_rms`` is the score, of noise and scale together; it and ``depth_error_worst`` are first order, and
-    valid (2 percent) if ``first_order_valid``; their ``_second_order`` companions if ``second_order_valid``; beyond that
-    only a Monte Carlo is honest. ``depth_error_limit`` and ``limit_ratio`` are None where the outer zone leaves no room for the inner one;
-    errors that would be infinite are None. ``depth_shift_per_scale`` is the rms over the working volume, and its
-    ``_worst`` companion the largest value, of the relative depth shift per relative error of the image's scale.
+    valid (2 percent) if ``first_order_valid``; their ``_second_order`` companions if ``second_order_valid``; beyond
+    that only a Monte Carlo is honest. ``depth_error_limit`` and ``limit_ratio`` are None where the outer zone leaves no
+    room for the inner one; errors that would be infinite are None. ``depth_shift_per_scale`` is the rms over the
+    working volume, and its ``_worst`` companion the largest value, of the relative depth shift per relative error of
+    the image's scale.
     """
 
     depth_error_rms: float | None
