@@ -25,7 +25,7 @@ from pydantic import JsonValue
 from designer import __version__
 from designer.design import read_design, write_design
 from designer.files import InputError, as_json, read_text, write_atomically
-from designer.requirement import Requirement, read_requirement, requirement_to_toml
+from designer.requirement import Requirement, read_requirement, requirement_to_toml, set_key
 from designer.study.columns import STATUSES
 from designer.study.row import Row, frame_of, read_row
 from designer.study.study import ParetoRow, Study
@@ -129,6 +129,9 @@ def read_study(folder: Path) -> Study:
         A file is absent or cannot be understood, or a feasible design has no file: one line says which.
     """
     requirement = read_requirement(folder / REQUIREMENT)
+    if "scale_uncertainty_percent" not in requirement.model_fields_set:
+        # A folder holds every key, so without this one the scale was not counted.
+        requirement = set_key(requirement, "scale_uncertainty_percent", 0.0)
     rows = read_rows(folder)
     designs = {
         row.configuration: read_design(design_path(folder, row.configuration))
