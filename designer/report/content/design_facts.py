@@ -58,7 +58,7 @@ def _performance_facts(row: Row) -> list[tuple[str, str]]:
         ("rms depth error", f"{rms} %"),
         ("worst depth error", f"{worst} %"),
         ("to second order", _second_order_words(row)),
-        ("0.1 % of scale", _scale_words(row)),
+        ("0.1 % of image scale", _scale_words(row)),
         ("limit ratio", number(row.number("limit_ratio"), 4)),
         ("lowest limit", _least_limit_words(row)),
         ("first stage only", f"{first_stage} %, {height} mm tall, {diameter} mm wide"),
@@ -81,7 +81,7 @@ def _scale_words(row: Row) -> str:
     rms, worst = (row.number(f"depth_shift_per_scale{ending}") for ending in ("", "_worst"))
     if rms is None or worst is None:
         return DASH
-    return f"of the image shifts the depth by {percent(0.001 * rms)} % rms, up to {percent(0.001 * worst)} %"
+    return f"shifts the depth by {percent(0.001 * rms)} % rms, up to {percent(0.001 * worst)} %"
 
 
 def _second_order_words(row: Row) -> str:
