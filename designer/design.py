@@ -202,6 +202,8 @@ class Design(Record):
     diameter_mm: Number
     working_volume: WorkingVolume
     noise_px: Positive
+    scale_uncertainty: NonNegative = 0.0
+    """Relative standard uncertainty of the image's scale, a share; 0 if absent: not counted."""
     zone_gap_px: NonNegative = 0.0
     """Gap asked between the image zones; the closed-form limit depends on it."""
     clearance_mm: NonNegative | None = None

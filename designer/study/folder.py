@@ -25,7 +25,7 @@ from pydantic import JsonValue
 from designer import __version__
 from designer.design import design_to_json, read_design
 from designer.files import InputError, as_json, read_text, write_atomically
-from designer.requirement import Requirement, read_requirement, requirement_to_toml
+from designer.requirement import Requirement, read_requirement, requirement_to_toml, set_key
 from designer.study.columns import STATUSES
 from designer.study.manifest import announce, read_manifest, remove, settle
 from designer.study.names import (
@@ -131,6 +131,9 @@ def read_study(folder: Path) -> Study:
         A file is absent or cannot be understood, or a feasible design has no file: one line says which.
     """
     requirement = read_requirement(folder / REQUIREMENT)
+    if "scale_uncertainty_percent" not in requirement.model_fields_set:
+        # A folder holds every key, so without this one the scale was not counted.
+        requirement = set_key(requirement, "scale_uncertainty_percent", 0.0)
     rows = read_rows(folder)
     designs = {
         row.configuration: read_design(design_path(folder, row.configuration))

@@ -291,6 +291,17 @@ def test_a_folder_of_version_0_1_is_understood(study, tmp_path):
 
 
 @pytest.mark.slow
+def test_a_folder_that_does_not_tell_of_the_scale_did_not_count_it(study, tmp_path):
+    _, folder, _ = study
+    older = tmp_path / "older"
+    shutil.copytree(folder, older)
+    text = (older / "requirement.toml").read_text(encoding="utf-8")
+    assert "scale_uncertainty_percent = 0.0\n" in text
+    (older / "requirement.toml").write_text(text.replace("scale_uncertainty_percent = 0.0\n", ""), encoding="utf-8")
+    assert read_study(older).requirement.scale_uncertainty_percent == 0.0
+    assert read_requirement(older / "requirement.toml").scale_uncertainty_percent == 0.02
+
+
 def test_two_processes_give_the_same_files_as_one(study, tmp_path):
     outcome, folder, _ = study
     run_study(outcome.requirement, tmp_path, jobs=2, only=ONLY)

@@ -78,6 +78,8 @@ def _accuracy(study: Study, winner: Row) -> str:
     ratio = winner.number("limit_ratio")
     sentence = f"Its rms depth error over the working volume is {percent(winner.number('depth_error_rms'))} %"
     sentence += f" at {_noise(study, winner)}"
+    if (scale := study.requirement.scale_uncertainty_percent) and winner.number("depth_shift_per_scale") is not None:
+        sentence += f" and {plain_number(scale)} % of image scale"
     sentence += f" (at worst {percent(worst)} %)" if worst is not None else ""
     if ratio is not None:
         sentence += f", {number(ratio, 3)} times the limit for any conic mirrors at its baseline and topology"
