@@ -202,6 +202,8 @@ class Design(Record):
     diameter_mm: Number
     working_volume: WorkingVolume
     noise_px: Positive
+    scale_uncertainty: NonNegative = 0.0
+    """Relative standard uncertainty of the image's scale, a share; 0 if absent: not counted."""
     zone_gap_px: NonNegative = 0.0
     """Gap asked between the image zones; the closed-form limit depends on it."""
     clearance_mm: NonNegative | None = None
@@ -246,9 +248,14 @@ def read_design(path: Path) -> Design:
     """
     text = read_text(path)
     try:
-        return Design.model_validate(json.loads(text))
+        content = json.loads(text)
+        json.dumps(content, ensure_ascii=False).encode("utf-8")
+        return Design.model_validate(content)
     except json.JSONDecodeError as error:
         raise InputError(f"{path}: not JSON: {error.msg} at line {error.lineno}, column {error.colno}") from None
+    except UnicodeEncodeError as error:
+        half = ascii(error.object[error.start]).strip("'")
+        raise InputError(f"{path}: contains {half}, half of a surrogate pair, which is no character") from None
     except RecursionError:
         raise InputError(f"{path}: nested too deeply for a design file") from None
     except ValidationError as error:
@@ -259,5 +266,9 @@ def read_design(path: Path) -> Design:
 
 def write_design(design: Design, path: Path) -> None:
     """Write a design file, whole or not at all."""
-    content = design.model_dump(mode="json", by_alias=True)
-    write_atomically(path, json.dumps(content, indent=2, allow_nan=False) + "\n")
+    write_atomically(path, design_to_json(design))
+
+
+def design_to_json(design: Design) -> str:
+    """The text of a design file."""
+    return json.dumps(design.model_dump(mode="json", by_alias=True), indent=2, allow_nan=False) + "\n"

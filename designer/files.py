@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from pydantic import JsonValue, ValidationError
+    from pydantic_core import ErrorDetails
 
 
 class InputError(Exception):
@@ -30,6 +31,8 @@ def read_bytes(path: Path, largest_bytes: int, kind: str = "such file") -> bytes
             data = stream.read(largest_bytes + 1)
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except ValueError:
+        raise InputError(f"{str(path)!r}: no file can have this name: it contains a NUL character") from None
     if len(data) > largest_bytes:
         raise InputError(f"{path}: larger than {largest_bytes / 1e6:g} MB, too large for this kind of file ({kind})")
     return data
@@ -93,35 +96,38 @@ def as_json(value: object) -> JsonValue:
 
 
 def describe_validation_error(path: Path | str, error: ValidationError) -> str:
-    """One line for the first problem of a pydantic validation: file, key, value and what is allowed.
+    """One line for all problems of a pydantic validation: file; key, value and what is allowed of each.
 
     A validator that raises ``PydanticCustomError`` with a context of ``key`` and ``value`` names them below the place
     where it was raised; location parts in parentheses are tags of a union, not keys, and are dropped.
     """
-    problems = error.errors(include_url=False)
-    first = problems[0]
-    context = first.get("ctx", {})
-    parts = [str(part) for part in first["loc"] if not str(part).startswith("(")]
+    described = dict.fromkeys(_described(problem) for problem in error.errors(include_url=False))
+    return f"{path}: {'; '.join(described)}"
+
+
+def _described(problem: ErrorDetails) -> str:
+    context = problem.get("ctx", {})
+    parts = [str(part) for part in problem["loc"] if not str(part).startswith("(")]
     if context.get("key"):
         parts.append(str(context["key"]))
     key = " ".join(".".join(parts).split()) or "(whole file)"
-    shown = context.get("value") if context.get("key") else first["input"]
-    has_value = first["type"] not in {"missing", "extra_forbidden"} and ("value" in context or not context.get("key"))
+    shown = context.get("value") if context.get("key") else problem["input"]
+    has_value = problem["type"] not in {"missing", "extra_forbidden"} and ("value" in context or not context.get("key"))
     is_table = isinstance(shown, Mapping) or hasattr(shown, "model_fields_set")
     value = f" = {_shortened(shown)}" if has_value and not is_table else ""
-    message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be", 1)
+    message = problem["msg"].removeprefix("Value error, ").replace("Input should be", "must be", 1)
     message = message.replace("Field required", "is required but missing", 1)
-    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    return f"{path}: {_shortened_text(key)}{value}: {message}{more}"
+    return f"{shortened(key)}{value}: {message}"
 
 
 def _shortened(value: object) -> str:
     try:
-        return _shortened_text(repr(value))
+        return shortened(repr(value))
     except ValueError:  # an integer of more digits than Python prints
         return "(a number with thousands of digits)"
 
 
-def _shortened_text(text: str, longest: int = 60) -> str:
+def shortened(text: str, longest: int = 60) -> str:
+    """Text in one line of at most so many characters."""
     text = " ".join(text.split())
     return text if len(text) <= longest else text[: longest - 1] + "…"

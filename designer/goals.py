@@ -40,6 +40,10 @@ class MeasurableSystem(Protocol):
         """Standard deviation of an image point in each view, mm on the sensor, wherever it lies."""
 
     @property
+    def scale_uncertainty(self) -> Scalar:
+        """Relative standard uncertainty of the image's scale."""
+
+    @property
     def blurs(self) -> tuple[MeasurableBlur, ...]:
         """The blur of both views over the working volume."""
 
@@ -104,10 +108,10 @@ def fourth_power_mean(values: Sequence[Scalar]) -> Scalar:
 GOALS: dict[str, Goal] = {
     "depth_error": Goal(
         label="depth error",
-        description="root mean square of relative depth error over the working volume",
+        description="root mean square of relative depth error over the working volume, of noise and scale together",
         column="depth_error_rms",
         unit="%",
-        expression=lambda system: depth_error_rms(system.pair, system.volume, system.noise),
+        expression=lambda system: depth_error_rms(system.pair, system.volume, system.noise, system.scale_uncertainty),
         typical_size=lambda sizes: sizes.depth_error if sizes.depth_error > 0.0 else 0.01,
         multiplier_unit="parts per ten thousand (0.01 percentage points of relative depth error)",
         multiplier_factor=1e4,

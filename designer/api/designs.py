@@ -64,10 +64,16 @@ class Evaluation:
         """The depth error over the closed-form limit; None where there is no limit."""
         return self.score.depth.limit_ratio
 
+    @property
+    def depth_shift_per_scale(self) -> float | None:
+        """(dD / D) / epsilon, rms over the working volume, for a relative error epsilon of the image's scale."""
+        return self.score.depth.depth_shift_per_scale
+
     def _repr_html_(self) -> str:
         rows = [
             ("depth error, rms", percent(self.depth_error_rms)),
             ("depth error, largest", percent(self.depth_error_worst)),
+            ("depth shift per error of the image's scale, rms", self.depth_shift_per_scale),
             ("ratio to the limit", self.limit_ratio),
             ("baseline (mm)", self.design.baseline_mm),
             ("height (mm)", self.score.height_mm),

@@ -179,12 +179,14 @@ def study(requirement: Requirement, only: tuple[str, ...] = (), jobs: int | None
 
 
 def sweep(definition: str | Path, folder: str | Path, jobs: int | None = None) -> SweepResult:
-    """Run a sweep, or go on where it was, and return what it found."""
+    """Run a sweep, or go on where it was, and return what it found; warns if its store is damaged."""
+    import warnings
+
     from designer.study.process_pool import cores
     from designer.study.sweep.definition import read_sweep
     from designer.study.sweep.run import run_sweep
 
-    run_sweep(*read_sweep(Path(definition)), Path(folder), jobs=jobs or cores())
+    run_sweep(*read_sweep(Path(definition)), Path(folder), jobs=jobs or cores(), tell=warnings.warn)
     return read_sweep_folder(folder)
 
 

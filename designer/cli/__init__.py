@@ -33,7 +33,7 @@ class OneLineErrors(click.Group):
     """A group whose commands end with one line on stderr, never with a traceback, when what was asked is at fault."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the command; 2 for input that cannot be used, 1 for a full or failing disk, 130 for Ctrl-C."""
+        """Run the command; 2 for input that cannot be used, 1 for a full disk or too little memory, 130 for Ctrl-C."""
         try:
             return super().invoke(ctx)
         except InputError as error:
@@ -46,6 +46,8 @@ class OneLineErrors(click.Group):
             raise
         except OSError as error:
             _end(str(error), FAILURE)
+        except MemoryError:
+            _end("out of memory", FAILURE)
 
 
 @click.group(cls=OneLineErrors, context_settings={"help_option_names": ["-h", "--help"]})

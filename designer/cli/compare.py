@@ -79,7 +79,9 @@ def _scores(found: StudyComparison) -> str:
     for column in (COLUMNS[name] for name in ("depth_error_rms", "height_mm", "diameter_mm")):
         changes = column.factor * both[f"{column.name}_change"]
         values = (changes.median(), changes.min(), changes.max())
-        rows.append((column.label, *(f"{value:+.4g} {column.unit}" for value in values)))
+        # A difference of percentages is no percentage of either.
+        unit = "percentage points" if column.unit == "%" else column.unit
+        rows.append((column.label, *(f"{value:+.4g} {unit}" for value in values)))
     header = ("B minus A", "median", "least", "most")
     return f"Scores of {len(both)} designs feasible in both:\n" + format_table(header, rows, right=header[1:])
 

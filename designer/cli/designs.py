@@ -79,12 +79,27 @@ def evaluate(design: Path, as_json: bool) -> None:
         return
     del summary["fabrication_notes"], summary["focus"]
     click.echo("\n".join(_outline(_plain(summary))))
+    click.echo("\n".join(_what_the_scale_does(score.depth, geometry.scale_uncertainty)))
     click.echo("\n".join(_how_good_the_score_is(score.depth, measured)))
     if focus is not None:
         click.echo("\n".join([*describe_focus(focus), ""]))
     if score.fabrication_notes:
         click.echo("\n".join(["before ordering mirrors:", *(f"  - {note}" for note in score.fabrication_notes), ""]))
     click.echo(describe(verdict))
+
+
+def _what_the_scale_does(depth: DepthScore, uncertainty: float) -> list[str]:
+    """How far an error of the image's scale shifts the depth, and its share of the score; after an empty line."""
+    rms, worst = depth.depth_shift_per_scale, depth.depth_shift_per_scale_worst
+    if rms is None or worst is None:
+        return []
+    counted = (
+        f"the depth error counts {_percent(uncertainty * rms)} rms for a scale known to {_percent(uncertainty)}"
+        if uncertainty
+        else "the depth error does not count it"
+    )
+    shifts = f"{_percent(0.001 * rms)} rms, up to {_percent(0.001 * worst)}"
+    return ["", f"0.1 % of image scale shifts the depth by {shifts}; {counted}"]
 
 
 def _how_good_the_score_is(depth: DepthScore, measured: dict[str, float | None] | None) -> list[str]:

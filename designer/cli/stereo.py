@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 # Nothing nearer or farther than these stands around any rig; far beyond, numbers overflow.
 NEAREST_MM, FARTHEST_MM = 1.0, 1e9
+# Even a scene of little texture leaves more of a panorama than this share.
+FEW_KEPT = 0.05
 FARTHEST_CENTRE_PX, LARGEST_NOISE_PX = 1e6, 1000.0
 
 
@@ -83,6 +85,15 @@ def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
     dropped = {name: part for name, part in outcomes.items() if name != "kept" and part > 0}
     reasons = ", ".join(f"{name.replace('_', ' ')} {100 * part:.1f} %" for name, part in dropped.items())
     click.echo(f"rejected: {reasons or 'none'}")
+    if outcomes["kept"] < FEW_KEPT:
+        click.echo(
+            "few points are left: check that the image and the design belong together, and --center (or "
+            "--find-center), --rotation-deg and --scale",
+            err=True,
+        )
+    if (shift := result.depth_shift) is not None:
+        median, largest = (f"{0.1 * each:.2g} %" for each in shift)
+        click.echo(f"systematic: 0.1 % of image scale shifts these distances by {median} (median), up to {largest}")
 
 
 def _placement(design: Design, asked: dict[str, Any]) -> ImagePlacement:

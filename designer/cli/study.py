@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-import tempfile
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from designer.files import InputError, check_folder
+from designer.files import InputError
 
 if TYPE_CHECKING:
+    from designer.requirement import Requirement
     from designer.requirement.model import Objective
     from designer.study.columns import Column
     from designer.study.row import Row
     from designer.study.study import Study
 
 SHOWN_DESIGNS = 10
-SECONDS_OF_A_CHECK = "15 to 60 s"
+SECONDS_OF_A_CHECK = (15.0, 60.0)
+"""For 1600 x 1200 pixels."""
 
 
 class _WordsAfterOnly(click.Command):
@@ -82,8 +83,29 @@ def study(
     if only:
         asked = restrict(asked, only, "--only")
     folder = out or Path("reports") / asked.name
-    _make_folder(folder)
+    if checks:
+        _refuse_too_large(asked)
 
+    from designer.study.claim import claimed
+    from designer.study.names import names_of_study
+
+    with claimed(folder, names_of_study(each.name for each in asked.configurations)) as kept:
+        if not quiet:
+            _tell_beforehand(asked, folder, kept)
+        _run(asked, folder, not no_pdf, checks, jobs, quiet)
+
+
+def _tell_beforehand(asked: Requirement, folder: Path, kept: list[str]) -> None:
+    from designer.requirement.notes import notes_on
+    from designer.study.manifest import listed
+
+    if kept:
+        click.echo(f"{folder}: not written by the study, and kept: {listed(kept)}", err=True)
+    for note in notes_on(asked):
+        click.echo(f"note: {note}", err=True)
+
+
+def _run(asked: Requirement, folder: Path, with_pdf: bool, checks: int, jobs: int | None, quiet: bool) -> None:
     from designer.cli.progress import show_progress
     from designer.study.folder import with_checks
     from designer.study.process_pool import cores
@@ -93,7 +115,7 @@ def study(
         found = run_study(asked, folder, jobs=jobs or cores(), progress=progress)
     _check_best(found, folder, checks, jobs or cores(), quiet)
     pdf = None
-    if not no_pdf:
+    if with_pdf:
         if not quiet:
             click.echo("Typesetting study.pdf ...", err=True)
         pdf = _typeset(with_checks(found, folder), folder, quiet)
@@ -107,9 +129,25 @@ def report(folder: Path) -> None:
     """Typeset study.pdf again from the folder of a study."""
     if not folder.is_dir():
         raise InputError(f"{folder}: must be the folder of a study")
+    from designer.study.claim import locked
     from designer.study.folder import read_study
+    from designer.study.names import REQUIREMENT, RESULTS
 
-    click.echo(_typeset(read_study(folder), folder))
+    if not (folder / RESULTS).exists() and not (folder / REQUIREMENT).exists():
+        raise InputError(f"{folder}: not the folder of a study: it contains neither {RESULTS} nor {REQUIREMENT}")
+
+    with locked(folder):
+        click.echo(_typeset(read_study(folder), folder))
+
+
+def _refuse_too_large(asked: Requirement) -> None:
+    """Find out now, and not after minutes of work, whether designs can be rendered for their checks."""
+    from designer.imaging.render.camera_rays import refuse_too_large
+
+    try:
+        refuse_too_large(asked.camera.width_px, asked.camera.height_px)
+    except InputError as error:
+        raise InputError(f"camera: {error}; use --checks 0 to study it without end-to-end checks") from None
 
 
 def _check_best(found: Study, folder: Path, count: int, jobs: int, quiet: bool) -> None:
@@ -125,8 +163,19 @@ def _check_best(found: Study, folder: Path, count: int, jobs: int, quiet: bool) 
     designs = [design for _, design in found.best(count)]
     if designs and not quiet:
         which = "best design" if len(designs) == 1 else f"{len(designs)} best designs"
-        click.echo(f"Checking the {which} end to end, {SECONDS_OF_A_CHECK} per design ...", err=True)
+        click.echo(f"Checking the {which} end to end, {_time_of_a_check(found.requirement)} per design ...", err=True)
     check_designs(designs, folder, jobs=jobs, progress=None if quiet else tell)
+
+
+def _time_of_a_check(asked: Requirement) -> str:
+    """How long a check takes: as long as there are pixels to render."""
+    from designer.cli.progress import duration
+
+    share = asked.camera.width_px * asked.camera.height_px / (1600 * 1200)
+    least, most = (duration(max(1.0, share * seconds)) for seconds in SECONDS_OF_A_CHECK)
+    return (
+        f"{least.removesuffix(' s') if most.endswith(' s') else least} to {most}" if least != most else f"about {most}"
+    )
 
 
 def _typeset(found: Study, folder: Path, quiet: bool = False) -> Path:
@@ -138,25 +187,15 @@ def _typeset(found: Study, folder: Path, quiet: bool = False) -> Path:
     return write_pdf(found, folder, None if quiet else tell)
 
 
-def _make_folder(folder: Path) -> None:
-    """Find out now, and not after minutes of work, whether results can be written."""
-    try:
-        check_folder(folder)
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise InputError(f"{folder}: results cannot be written there: {error.strerror or error}") from None
-
-
 def _result(found: Study, folder: Path, pdf: Path | None) -> str:
     """Where the results are, how many configurations came to what, and the best designs."""
-    from designer.study.folder import RESULTS
+    from designer.study.names import RESULTS
 
     parts = [*_ranking(found), _counts(found)]
     if found.feasible:
-        parts += _lenses(found)
-        parts += _notes_on_best(found, folder, pdf)
+        parts += [*_lenses(found), *_notes_on_best(found, folder, pdf)]
+    else:
+        parts += _why_nothing(found)
     parts.append(f"{pdf or folder / RESULTS}")
     return "\n".join(parts)
 
@@ -231,6 +270,26 @@ def _counts(found: Study) -> str:
     return f"{len(found.rows)} configuration{'s' * (len(found.rows) != 1)}: {listed}"
 
 
+def _why_nothing(found: Study) -> list[str]:
+    """What stood in the way most often if nothing is feasible."""
+    from collections import Counter
+
+    limits = Counter(row.text("closest_constraint") for row in found.rows if row.text("closest_constraint"))
+    if limits:
+        (constraint, times), *_ = limits.most_common(1)
+        near = [row for row in found.rows if row.text("closest_constraint") == constraint]
+        nearest = min(near, key=lambda row: row.number("closest_violation") or 0.0)
+        return [
+            f"most frequent limiting constraint ({times} of {len(found.with_status('infeasible'))}): {constraint}; "
+            f"least violated by {nearest.configuration}: {nearest.number('closest_violation'):.3g} "
+            f"{nearest.text('closest_unit')}"
+        ]
+    reasons = Counter(row.text("reason") for row in found.rows if row.text("reason"))
+    return [
+        f"most frequent reason ({times} of {len(found.rows)}): {reason}" for reason, times in reasons.most_common(1)
+    ]
+
+
 def _how_ranked(objective: Objective) -> str:
     """Why the order is not that of any column."""
     first, then = (goal.replace("_", " ") for goal in (objective.minimise, objective.then))
@@ -244,7 +303,7 @@ def _how_ranked(objective: Objective) -> str:
 def _notes_on_best(found: Study, folder: Path, pdf: Path | None) -> list[str]:
     """How many fabrication notes there are on the best design, and where they stand; nothing if there are none."""
     from designer.evaluate.score import recorded_fabrication_notes
-    from designer.study.folder import design_path
+    from designer.study.names import design_path
 
     (row, design), *_ = found.best(1)
     count = len(recorded_fabrication_notes(design))

@@ -42,12 +42,21 @@ def sweep(
 
     definition, base = read_sweep(sweep)
     folder = out or Path("reports") / definition.name
+    if not quiet:
+        from designer.requirement.notes import notes_on
+
+        for note in notes_on(base):
+            click.echo(f"note: {note}", err=True)
 
     from designer.study.sweep.run import run_sweep
 
+    def tell(note: str) -> None:
+        if not quiet:
+            click.echo(note, err=True)
+
     cluster = _cluster(jobs, scheduler, workers)
     with _show_progress(quiet) as progress:
-        run_sweep(definition, base, folder, jobs=jobs or cores(), workers=cluster, progress=progress)
+        run_sweep(definition, base, folder, jobs=jobs or cores(), workers=cluster, progress=progress, tell=tell)
     pdf = None if no_pdf else _typeset(folder)
     if not quiet:
         click.echo(_result(folder, pdf))

@@ -5,8 +5,10 @@ m_u, and D = b / (m_l - m_u). With noise sigma_r in the image radius of each vie
 
     sigma_D / D = (D / b) sqrt(sigma_ml^2 + sigma_mu^2),   sigma_m = sigma_r (1 + m^2) / |dr/dphi|
 
-The score is the root mean square of sigma_D / D over the working volume, uniform in elevation (seen from the middle
-of the baseline) and log-uniform in distance. First order takes D for linear in the noise, but it is the reciprocal of
+To this comes the share of an image scale that is known only to a relative standard uncertainty u: as a systematic part,
+u times the shift of :mod:`designer.evaluate.scale`, it is added in squares. The score is the root mean square of
+sigma_D / D over the working volume, uniform in elevation (seen from the middle of the baseline) and log-uniform in
+distance. First order takes D for linear in the noise, but it is the reciprocal of
 the disparity m_l - m_u: see :func:`second_order`. Functions down to :func:`depth_error_rms` take floats, NumPy arrays
 or CasADi symbols; the rest take floats and arrays. Lengths in mm, angles in radians. Where a view's gain carries a
 ray beyond 90 degrees at the pinhole the numbers mean nothing; no zone inside an image circle does.
@@ -22,6 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from designer.design import Design, Sense
+from designer.evaluate.scale import relative_depth_shift_per_scale
 from designer.optics.backend import Scalar, is_symbolic, sqrt, stack, tan, total
 from designer.optics.view import (
     elevation_tangent,
@@ -137,33 +140,50 @@ def slopes_of_point(elevation_slope: Scalar, distance: Scalar, baseline: Scalar)
 
 
 def depth_error_rms(
-    pair: StereoPair,
-    volume: Volume,
-    noise_mm: Scalar | NoiseModel,
-    elevation_nodes: int = ELEVATION_NODES,
-    distance_nodes: int = DISTANCE_NODES,
+    pair: StereoPair, volume: Volume, noise_mm: Scalar | NoiseModel, scale_uncertainty: Scalar = 0.0
 ) -> Scalar:
     """Root mean square of sigma_D / D over the working volume: the score.
 
-    Uniform in elevation, log-uniform in distance, by tensor Gauss-Legendre quadrature in the logarithms of the
-    distance and of t = tan(pi/4 + elevation/2): the error is a short sum of powers of t, so few nodes hold it even
-    for steep volumes. Broadcasts over arrays of designs: gains, baseline, principal distance and volume may have
-    shape (n,).
+    Of the noise of the image radius, in mm on the sensor, and of the relative standard uncertainty of the image's
+    scale. Uniform in elevation, log-uniform in distance. Broadcasts over arrays of designs: gains, baseline, principal
+    distance and volume may have shape (n,).
+    """
+
+    def error_at(slopes: Scalar, distances: Scalar) -> Scalar:
+        return _relative_depth_error_at(pair, slopes, distances, noise_mm, scale_uncertainty)
+
+    return _rms_over(pair, volume, error_at, [scale_uncertainty, *([] if callable(noise_mm) else [noise_mm])])
+
+
+def depth_shift_per_scale_rms(pair: StereoPair, volume: Volume) -> Scalar:
+    """Root mean square of :func:`depth_shift_per_scale` over the working volume, averaged as the score is.
+
+    Times the uncertainty of the scale it is the systematic part of the score. Broadcasts over arrays of designs.
+    """
+    return _rms_over(pair, volume, lambda slopes, distances: depth_shift_per_scale(pair, slopes, distances), [])
+
+
+def _rms_over(
+    pair: StereoPair, volume: Volume, value_at: Callable[[Scalar, Scalar], Scalar], given: list[Scalar]
+) -> Scalar:
+    """Root mean square over a volume of a value that depends on tan(elevation), distance and whatever is ``given``.
+
+    By tensor Gauss-Legendre quadrature in the logarithms of the distance and of t = tan(pi/4 + elevation/2): the depth
+    error is a short sum of powers of t, so few nodes hold it even for steep volumes.
     """
     low, high = (half_angle_tangent(tan(elevation), "direct") for elevation in volume.elevations)
     near, far = volume.distances
-    elevation_rule, distance_rule = _unit_gauss_legendre(elevation_nodes), _unit_gauss_legendre(distance_nodes)
+    elevation_rule, distance_rule = _unit_gauss_legendre(ELEVATION_NODES), _unit_gauss_legendre(DISTANCE_NODES)
     along_elevation = [(low * (high / low) ** node, weight) for node, weight in elevation_rule]
     along_distance = [(near * (far / near) ** node, weight) for node, weight in distance_rule]
-    given = [low, high, near, far, pair.gain_lower, pair.gain_upper, pair.baseline, pair.principal_distance]
-    given += [] if callable(noise_mm) else [noise_mm]
+    given = [low, high, near, far, pair.gain_lower, pair.gain_upper, pair.baseline, pair.principal_distance, *given]
     dimensions = max(map(np.ndim, given)) if not any(map(is_symbolic, given)) else 1
     # d(elevation) = cos(elevation) d(log t), and 1 / cos(elevation) = (t + 1/t) / 2.
     weights = _rows([2.0 * w / (t + 1.0 / t) * v for t, w in along_elevation for _, v in along_distance], dimensions)
     slopes = _rows([elevation_tangent(t, "direct") for t, _ in along_elevation for _ in along_distance], dimensions)
     distances = _rows([distance for _ in along_elevation for distance, _ in along_distance], dimensions)
-    error = _relative_depth_error_at(pair, slopes, distances, noise_mm)
-    return sqrt(total(weights * error * error) / total(weights))
+    value = value_at(slopes, distances)
+    return sqrt(total(weights * value * value) / total(weights))
 
 
 def _rows(values: list[Scalar], dimensions: int) -> Scalar:
@@ -175,36 +195,62 @@ def _rows(values: list[Scalar], dimensions: int) -> Scalar:
 
 
 def depth_error_map(
-    pair: StereoPair, elevations: NDArray[np.float64], distances: NDArray[np.float64], noise_mm: float | NoiseModel
+    pair: StereoPair,
+    elevations: NDArray[np.float64],
+    distances: NDArray[np.float64],
+    noise_mm: float | NoiseModel,
+    scale_uncertainty: float = 0.0,
 ) -> NDArray[np.float64]:
     """sigma_D / D at points given by elevation from the middle of the baseline (rad) and distance (mm), broadcast."""
-    return np.asarray(_relative_depth_error_at(pair, np.tan(elevations), distances, noise_mm))
+    return np.asarray(_relative_depth_error_at(pair, np.tan(elevations), distances, noise_mm, scale_uncertainty))
 
 
-def worst_depth_error(pair: StereoPair, volume: Volume, noise_mm: float | NoiseModel) -> float:
+def worst_depth_error(
+    pair: StereoPair, volume: Volume, noise_mm: float | NoiseModel, scale_uncertainty: float = 0.0
+) -> float:
     """The largest sigma_D / D on a grid over the working volume that includes its corners."""
     elevations, distances = volume_grid(volume)
-    return float(np.max(depth_error_map(pair, elevations, distances, noise_mm)))
+    return float(np.max(depth_error_map(pair, elevations, distances, noise_mm, scale_uncertainty)))
+
+
+def depth_shift_per_scale(pair: StereoPair, elevation_slope: Scalar, distance: Scalar) -> Scalar:
+    """(dD / D) / epsilon at points given by tan(elevation) from the middle of the baseline and by distance in mm."""
+    return relative_depth_shift_per_scale(
+        *slopes_of_point(elevation_slope, distance, pair.baseline),
+        pair.gain_lower,
+        pair.sense_lower,
+        pair.gain_upper,
+        pair.sense_upper,
+    )
+
+
+def worst_depth_shift_per_scale(pair: StereoPair, volume: Volume) -> float:
+    """The largest magnitude of :func:`depth_shift_per_scale` on a grid over the working volume with its corners."""
+    elevations, distances = volume_grid(volume)
+    return float(np.max(np.abs(depth_shift_per_scale(pair, np.tan(elevations), distances))))
 
 
 def second_order(first_order: ArrayLike) -> NDArray[np.float64]:
     """Root mean square relative depth error s sqrt(1 + 9 s^2) where first order says s = sigma_D / D; any shape.
 
-    Noise changes the disparity by a Gaussian fraction x of deviation s, and D'/D - 1 = 1/(1 + x) - 1 = -x + x^2 - x^3,
-    whence a bias of s^2, a variance of s^2 (1 + 8 s^2) and a mean square of s^2 (1 + 9 s^2); the next term of the last
-    is 75 s^6. That each slope bends with its image radius adds less than 2e-4 of the error in the shipped studies and
-    is left out. Within 2 percent of the truth up to ``SECOND_ORDER_BOUND``.
+    Noise and scale change the disparity by a Gaussian fraction x of deviation s, and D'/D - 1 = 1/(1 + x) - 1 =
+    -x + x^2 - x^3, whence a bias of s^2, a variance of s^2 (1 + 8 s^2) and a mean square of s^2 (1 + 9 s^2); the next
+    term of the last is 75 s^6. That each slope bends with its image radius adds less than 2e-4 of the error in the
+    shipped studies and is left out. Within 2 percent of the truth up to ``SECOND_ORDER_BOUND``.
     """
     error = np.asarray(first_order, dtype=float)
     return np.asarray(error * np.sqrt(1.0 + 9.0 * error * error))
 
 
-def depth_error_rms_second_order(pair: StereoPair, volume: Volume, noise_mm: float | NoiseModel) -> float:
+def depth_error_rms_second_order(
+    pair: StereoPair, volume: Volume, noise_mm: float | NoiseModel, scale_uncertainty: float = 0.0
+) -> float:
     """Root mean square relative depth error over the working volume, averaged as the score is, to second order."""
     nodes, weights = (np.array(part) for part in zip(*_unit_gauss_legendre(SECOND_ORDER_NODES), strict=True))
     low, high = volume.elevations
     near, far = volume.distances
-    first_order = depth_error_map(pair, (low + (high - low) * nodes)[:, None], near * (far / near) ** nodes, noise_mm)
+    elevations, distances = (low + (high - low) * nodes)[:, None], near * (far / near) ** nodes
+    first_order = depth_error_map(pair, elevations, distances, noise_mm, scale_uncertainty)
     return float(np.sqrt(weights @ second_order(first_order) ** 2 @ weights))
 
 
@@ -278,17 +324,21 @@ def disparity_steps(
 
 
 def _relative_depth_error_at(
-    pair: StereoPair, slope: Scalar, distance: Scalar, noise_mm: Scalar | NoiseModel
+    pair: StereoPair, slope: Scalar, distance: Scalar, noise_mm: Scalar | NoiseModel, scale_uncertainty: Scalar
 ) -> Scalar:
     lower, upper = slopes_of_point(slope, distance, pair.baseline)
     noise = noise_mm(lower, upper, distance) if callable(noise_mm) else noise_mm
-    return depth_error_of_slopes(pair, lower, upper, noise)
+    by_noise = depth_error_of_slopes(pair, lower, upper, noise)
+    if isinstance(scale_uncertainty, float) and scale_uncertainty == 0.0:
+        return by_noise
+    by_scale = scale_uncertainty * depth_shift_per_scale(pair, slope, distance)
+    return sqrt(by_noise * by_noise + by_scale * by_scale)
 
 
 def depth_error_of_slopes(
     pair: StereoPair, lower: Scalar, upper: Scalar, noise_mm: Scalar | tuple[Scalar, Scalar]
 ) -> Scalar:
-    """sigma_D / D of a pair where its lower and upper view see a point at tan(phi) ``lower`` and ``upper``."""
+    """sigma_D / D by noise alone where lower and upper view see a point at tan(phi) ``lower`` and ``upper``."""
     return relative_depth_error(
         lower,
         upper,

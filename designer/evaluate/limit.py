@@ -2,8 +2,11 @@
 
 Larger gains lower the error of both views, and only the image bounds them: the outer zone ends at the edge of the
 image circle, the inner zone where the outer one begins, less the gap between them. So the best gains for a given
-baseline, principal distance, camera and volume follow without any optimisation. Margins, clearances and the camera's
-own image in the inner view are left out: what they cost shows in the ratio of a design's score to its limit.
+baseline, principal distance, camera and volume follow without any optimisation. The part of an uncertain image scale
+falls with the gains too where one view is folded: each slope shifts in proportion to cos(psi), and the shifts add up.
+Where both views are direct the shifts nearly cancel, and smaller gains may cancel them better: there the limit is that
+of the noise alone, which holds but is not reached. Margins, clearances and the camera's own image in the inner view are
+left out: what they cost shows in the ratio of a design's score to its limit.
 Lengths in mm, angles in radians; everything but :func:`least_limit_over` broadcasts over arrays and takes symbols.
 """
 
@@ -86,16 +89,18 @@ def depth_error_limit(
     principal_distance: Scalar,
     bounds: ImageBounds,
     noise_mm: Scalar | NoiseOfPair,
+    scale_uncertainty: Scalar = 0.0,
 ) -> Scalar:
     """The score (RMS of sigma_D / D) at the largest gains: a bound that no mirrors of this arrangement can beat.
 
-    Meaningless where :func:`limit_gains` gives no positive inner gain.
+    Of two direct views it counts the noise alone, whatever the relative uncertainty of the image's scale. Meaningless
+    where :func:`limit_gains` gives no positive inner gain.
     """
     gain_lower, gain_upper = limit_gains(arrangement, volume, baseline, principal_distance, bounds)
     pair = StereoPair(
         gain_lower, arrangement.sense_lower, gain_upper, arrangement.sense_upper, baseline, principal_distance
     )
-    return depth_error_rms(pair, volume, noise_mm(pair) if callable(noise_mm) else noise_mm)
+    return _limit_of_pair(pair, volume, noise_mm, scale_uncertainty)
 
 
 def least_limit_over(
@@ -105,6 +110,7 @@ def least_limit_over(
     principal_distances: tuple[float, float],
     bounds: ImageBounds,
     noise_mm: float | NoiseOfPair,
+    scale_uncertainty: float = 0.0,
 ) -> LeastLimit:
     """The least limit over ranges of baseline and principal distance; either range may be a single value.
 
@@ -121,7 +127,9 @@ def least_limit_over(
     for _ in range(_DRAWINGS_IN):
         grid = np.meshgrid(*(np.linspace(low, high, _GRID_NODES if high > low else 1) for low, high in ranges))
         baseline, principal_distance = (axis.ravel() for axis in grid)
-        scores = _limit_or_infinity(arrangement, volume, baseline, principal_distance, bounds, noise_mm)
+        scores = _limit_or_infinity(
+            arrangement, volume, baseline, principal_distance, bounds, noise_mm, scale_uncertainty
+        )
         index = int(np.argmin(scores))
         if scores[index] < best.depth_error_rms:
             best = LeastLimit(float(scores[index]), float(baseline[index]), float(principal_distance[index]))
@@ -152,6 +160,7 @@ def _limit_or_infinity(
     principal_distance: NDArray[np.float64],
     bounds: ImageBounds,
     noise_mm: float | NoiseOfPair,
+    scale_uncertainty: float,
 ) -> NDArray[np.float64]:
     """The limit at each node, infinite where the inner zone has no room."""
     gains = limit_gains(arrangement, volume, baseline, principal_distance, bounds)
@@ -159,8 +168,15 @@ def _limit_or_infinity(
     # Where there is no room any positive gain will do: its score is thrown away.
     lower, upper = (np.where(has_room, gain, 1.0) for gain in gains)
     pair = StereoPair(lower, arrangement.sense_lower, upper, arrangement.sense_upper, baseline, principal_distance)
+    return np.where(has_room, _limit_of_pair(pair, volume, noise_mm, scale_uncertainty), np.inf)
+
+
+def _limit_of_pair(
+    pair: StereoPair, volume: Volume, noise_mm: Scalar | NoiseOfPair, scale_uncertainty: Scalar
+) -> Scalar:
+    """The limit where the pair has the largest gains."""
     noise = noise_mm(pair) if callable(noise_mm) else noise_mm
-    return np.where(has_room, depth_error_rms(pair, volume, noise), np.inf)
+    return depth_error_rms(pair, volume, noise, scale_uncertainty if pair.sense_lower != pair.sense_upper else 0.0)
 
 
 def _clipped(centre: float, span: float, allowed: tuple[float, float]) -> tuple[float, float]:

@@ -18,6 +18,7 @@ from designer.evaluate.depth import (
     Volume,
     depth_error_rms,
     depth_error_rms_second_order,
+    depth_shift_per_scale_rms,
     disparity_steps,
     noise_mm_of,
     point_covariance,
@@ -25,6 +26,7 @@ from designer.evaluate.depth import (
     stereo_pair_of,
     volume_of,
     worst_depth_error,
+    worst_depth_shift_per_scale,
 )
 from designer.evaluate.fabrication import MirrorShape, mirror_shape, overall_diameter_mm, overall_height_mm
 from designer.evaluate.fabrication_notes import fabrication_notes_on
@@ -52,10 +54,12 @@ ROUNDING_NOISE_PX = 1.0 / math.sqrt(12.0)
 class DepthScore:
     """Relative depth errors over the working volume, and what the closed form allows.
 
-    ``depth_error_rms`` is the score; it and ``depth_error_worst`` are first order, and valid (2 percent) if
-    ``first_order_valid``; their ``_second_order`` companions if ``second_order_valid``; beyond that only a Monte Carlo
-    is honest. ``depth_error_limit`` and ``limit_ratio`` are None where the outer zone leaves no room for the inner one;
-    errors that would be infinite are None.
+    ``depth_error_rms`` is the score, of noise and scale together; it and ``depth_error_worst`` are first order, and
+    valid (2 percent) if ``first_order_valid``; their ``_second_order`` companions if ``second_order_valid``; beyond
+    that only a Monte Carlo is honest. ``depth_error_limit`` and ``limit_ratio`` are None where the outer zone leaves no
+    room for the inner one; errors that would be infinite are None. ``depth_shift_per_scale`` is the rms over the
+    working volume, and its ``_worst`` companion the largest value, of the relative depth shift per relative error of
+    the image's scale.
     """
 
     depth_error_rms: float | None
@@ -66,6 +70,8 @@ class DepthScore:
     second_order_valid: bool
     depth_error_limit: float | None
     limit_ratio: float | None
+    depth_shift_per_scale: float | None
+    depth_shift_per_scale_worst: float | None
 
     def as_json(self) -> dict[str, JsonValue]:
         """The depth errors as a JSON object."""
@@ -200,19 +206,21 @@ def recorded_fabrication_notes(design: Design) -> tuple[str, ...]:
 
 
 def _depth_score(design: Design, pair: StereoPair, volume: Volume) -> DepthScore:
-    noise_mm = noise_mm_of(design)
-    rms = float(depth_error_rms(pair, volume, noise_mm))
-    worst = worst_depth_error(pair, volume, noise_mm)
+    uncertainties = (noise_mm_of(design), design.scale_uncertainty)
+    rms = float(depth_error_rms(pair, volume, *uncertainties))
+    worst = worst_depth_error(pair, volume, *uncertainties)
     limit = limit_of_design(design)
     return DepthScore(
         depth_error_rms=_finite(rms),
         depth_error_worst=_finite(worst),
         first_order_valid=worst <= FIRST_ORDER_BOUND,
-        depth_error_rms_second_order=_finite(depth_error_rms_second_order(pair, volume, noise_mm)),
+        depth_error_rms_second_order=_finite(depth_error_rms_second_order(pair, volume, *uncertainties)),
         depth_error_worst_second_order=_finite(second_order(worst)),
         second_order_valid=worst <= SECOND_ORDER_BOUND,
         depth_error_limit=limit,
         limit_ratio=None if limit is None else _finite(rms / limit),
+        depth_shift_per_scale=_finite(depth_shift_per_scale_rms(pair, volume)),
+        depth_shift_per_scale_worst=_finite(worst_depth_shift_per_scale(pair, volume)),
     )
 
 
@@ -267,7 +275,7 @@ def limit_of_design(design: Design) -> float | None:
     at = (arrangement, volume_of(design), design.baseline_mm, camera.focal_length_mm, bounds)
     if min(limit_gains(*at)) <= 0:
         return None
-    return float(depth_error_limit(*at, noise_mm_of(design)))
+    return float(depth_error_limit(*at, noise_mm_of(design), design.scale_uncertainty))
 
 
 def _quantisation(design: Design, pair: StereoPair, volume: Volume) -> Quantisation:

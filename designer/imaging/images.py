@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import io
-import struct
-import zlib
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -14,15 +12,12 @@ from numpy.typing import NDArray
 
 from designer.design import Camera
 from designer.files import InputError, read_bytes, write_atomically
+from designer.imaging.image_headers import is_truncated, notes_another_orientation_as_tiff, size_of
 
 Image = NDArray[np.uint8]
 """Grey (height, width), or colour (height, width, 3) in OpenCV's order: blue, green, red."""
 
 LARGEST_BYTES = 500_000_000
-
-_PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-_JPEG_START, _JPEG_END = b"\xff\xd8", b"\xff\xd9"
-_TIFF_ORIENTATION = 274
 
 
 def read_raw_image(path: Path, camera: Camera) -> Image:
@@ -38,19 +33,21 @@ def read_raw_image(path: Path, camera: Camera) -> Image:
     """
     data = read_bytes(path, LARGEST_BYTES, "raw image")
     # Decoders fill what is missing of a truncated image with grey, and say nothing.
-    if _is_truncated(data):
+    if is_truncated(data):
         raise InputError(f"{path}: the image is truncated or damaged; copy it again")
-    if _notes_another_orientation_as_tiff(data):
+    if notes_another_orientation_as_tiff(data):
         raise InputError(f"{path}: this TIFF has a rotation flag; save it as the camera recorded it (orientation 1)")
+    # Before decoding, which takes gigabytes for some sizes that a file may claim.
+    _check_size(path, size_of(data), camera)
     as_recorded = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_IGNORE_ORIENTATION
-    decoded = cv2.imdecode(np.frombuffer(data, np.uint8), as_recorded) if data else None
+    try:
+        decoded = cv2.imdecode(np.frombuffer(data, np.uint8), as_recorded) if data else None
+    except cv2.error:  # more pixels than OpenCV allows
+        decoded = None
     if decoded is None:
         raise InputError(f"{path}: not a readable image (use PNG, JPEG, TIFF or BMP)")
     height, width = decoded.shape[:2]
-    if (width, height) != (camera.width_px, camera.height_px):
-        raise InputError(
-            f"{path}: {width} x {height} pixels, but the design's camera has {camera.width_px} x {camera.height_px}"
-        )
+    _check_size(path, (width, height), camera)
     return np.asarray(decoded, dtype=np.uint8)
 
 
@@ -87,41 +84,8 @@ def write_file(path: Path, content: bytes) -> None:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
-def _notes_another_orientation_as_tiff(data: bytes) -> bool:
-    """Whether a TIFF notes an orientation other than 1, which OpenCV's decoder follows even when told not to."""
-    order = {b"II*\0": "<", b"MM\0*": ">"}.get(data[:4])
-    if order is None:
-        return False
-    try:
-        (start,) = struct.unpack_from(f"{order}I", data, 4)
-        (count,) = struct.unpack_from(f"{order}H", data, start)
-        entries = (struct.unpack_from(f"{order}HHIH", data, start + 2 + 12 * index) for index in range(count))
-        return any(tag == _TIFF_ORIENTATION and value != 1 for tag, _, _, value in entries)
-    except struct.error:  # cut short: the decoder says so
-        return False
-
-
-def _is_truncated(data: bytes) -> bool:
-    if data.startswith(_PNG_SIGNATURE):
-        return not _has_whole_png_chunks(data)
-    if data.startswith(_JPEG_START):
-        # Some cameras append metadata, or zeros, to the end of the image.
-        return _JPEG_END not in data[-65536:]
-    return False
-
-
-def _has_whole_png_chunks(data: bytes) -> bool:
-    """Whether every chunk up to the last, IEND, is there and has the checksum that it carries."""
-    position = len(_PNG_SIGNATURE)
-    while position + 12 <= len(data):
-        length = int.from_bytes(data[position : position + 4], "big")
-        end = position + 12 + length
-        if end > len(data):
-            return False
-        kind, checksum = data[position + 4 : position + 8], int.from_bytes(data[end - 4 : end], "big")
-        if zlib.crc32(data[position + 4 : end - 4]) != checksum:
-            return False
-        if kind == b"IEND":
-            return True
-        position = end
-    return False
+def _check_size(path: Path, size: tuple[int, int] | None, camera: Camera) -> None:
+    if size is not None and size != (camera.width_px, camera.height_px):
+        raise InputError(
+            f"{path}: {size[0]} x {size[1]} pixels, but the design's camera has {camera.width_px} x {camera.height_px}"
+        )

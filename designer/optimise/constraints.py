@@ -18,6 +18,9 @@ from designer.optimise.system import System, zone_tangents
 SHEET_MARGIN = 0.02
 SHORTEST_VERTEX_DISTANCE_MM = 0.05
 
+FIXED = "fixed "
+"""How the names of constraints on fixed parameters begin; these can be missed on either side."""
+
 # Units of what misses a fixed parameter, and how much of each weighs as much as 1 mm. A radius is compared by its
 # curvature, which is finite for a plane too.
 _FIXED_UNITS = {
@@ -188,7 +191,7 @@ def constraints_of(system: System, fixed: Mapping[str, float]) -> tuple[Constrai
 def _fixed_constraints(system: System, fixed: Mapping[str, float]) -> Iterable[Constraint]:
     for key, wanted in fixed.items():
         owner, _, quantity = key.partition(".")
-        name = f"fixed {quantity} of the {owner}"
+        name = f"{FIXED}{quantity} of the {owner}"
         if owner in {"upper", "lower"} and quantity in {"viewpoint_mm", "gain"}:
             path = next(path for path in system.paths if path.view == owner)
             if quantity == "viewpoint_mm":

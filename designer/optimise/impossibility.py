@@ -18,8 +18,16 @@ def why_impossible(variant: Variant, specification: Specification, free: FreeRan
     """The rule that forbids a variant under a requirement, as a sentence; None if none does.
 
     A concave last mirror sends its light through the viewpoint, so it cannot see a range that contains its own
-    horizon: the ray would have to pass the mirror's own wall. A plane primary sees only what lies above it.
+    horizon: the ray would have to pass the mirror's own wall. A plane primary sees only what lies above it. A ray of
+    slope s that a mirror of radius R reflects lies at most abs(s) R above or below the viewpoint there, so the envelope
+    limits the baseline.
     """
+    baseline = min(free.baseline)
+    if baseline > (largest := _largest_baseline(specification, baseline)):
+        return (
+            f"mirrors {specification.mirror_diameter:g} mm wide in an envelope {specification.envelope_height:g} mm "
+            f"high have viewpoints at most {largest:.4g} mm apart, but the baseline must be {baseline:g} mm"
+        )
     kinds = variant.configuration.mirror_kinds
     for view in ("lower", "upper"):
         spans = [_span_deg(specification, baseline, view) for baseline in free.baseline]
@@ -125,6 +133,13 @@ def _why_view_conflicts(configuration: Configuration, view: str, given: Mapping[
         if abs(given.get("gain", 0.0)) >= 1:
             return f"the fixed gain of the {view} view is {given['gain']:g}, but a single mirror gives less than 1"
     return None
+
+
+def _largest_baseline(specification: Specification, baseline: float) -> float:
+    """The most that the viewpoints can be apart if the views cover what they must at a baseline, in mm."""
+    spans = (_span_deg(specification, baseline, view) for view in ("lower", "upper"))
+    least_slopes = (math.tan(math.radians(max(low, -high, 0.0))) for low, high in spans)
+    return float(specification.envelope_height + sum(least_slopes) * specification.mirror_diameter / 2.0)
 
 
 def _span_deg(specification: Specification, baseline: float, view: str) -> tuple[float, float]:

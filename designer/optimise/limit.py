@@ -37,6 +37,7 @@ def limit_of(variant: Variant, specification: Specification, baseline: Scalar, p
         principal_distance,
         ImageBounds(specification.image_radius, specification.zone_gap),
         lambda pair: sharp_noise_model(conditions, pair, specification.fastest),
+        specification.scale_uncertainty,
     )
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from designer.optimise.constraints import FIXED
 from designer.optimise.multistart import Candidate
 
 # Violations within this share of the largest are as large.
@@ -28,8 +29,11 @@ def shortfalls_of(miss: Candidate) -> list[Shortfall]:
     evaluation, variant = miss.evaluation, miss.problem.variant.label
     failing = np.flatnonzero(evaluation.violations[:, 0] >= (1.0 - TIED) * evaluation.violations[:, 0].max())
     # A constraint on both ends of a zone has one name for the two.
-    amounts = {
-        evaluation.names[index]: (abs(float(evaluation.amounts[index, 0])), evaluation.units[index])
-        for index in failing
-    }
+    amounts = {}
+    for index in failing:
+        name, amount, unit = evaluation.names[index], float(evaluation.amounts[index, 0]), evaluation.units[index]
+        if name.startswith(FIXED):
+            side = "too high" if amount > 0.0 else "too low"
+            unit = f"{side} {unit}" if unit.startswith("(") else f"{unit} {side}"
+        amounts[name] = (abs(amount), unit)
     return [Shortfall(name, *amounts[name], miss.violation, variant) for name in sorted(amounts)]

@@ -32,6 +32,7 @@ class Specification:
     zone_gap: Scalar
     noise: Scalar
     predicted_share: Scalar
+    scale_uncertainty: Scalar
     white_electrons: Scalar
     white_f_number: Scalar
     read_noise: Scalar
@@ -80,6 +81,7 @@ def specification_of(requirement: Requirement, lens: Lens) -> Specification:
         zone_gap=manufacture.zone_gap_px * camera.pixel_pitch_mm,
         noise=0.0 if predicts else float(requirement.noise_px) * camera.pixel_pitch_mm,
         predicted_share=1.0 if predicts else 0.0,
+        scale_uncertainty=requirement.scale_uncertainty_percent / 100.0,
         white_electrons=requirement.light.white_electrons,
         white_f_number=requirement.light.at_f_number,
         read_noise=requirement.light.read_noise_electrons,

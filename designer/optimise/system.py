@@ -117,6 +117,11 @@ class System:
         return noise_model(conditions_of(self.specification), self.pair, self.lens, self.light)
 
     @property
+    def scale_uncertainty(self) -> Scalar:
+        """Relative standard uncertainty of the image's scale."""
+        return self.specification.scale_uncertainty
+
+    @property
     def height(self) -> Scalar:
         """Overall height by the variables that enclose the mirrors, mm."""
         return self.values["top"] - self.values["bottom"]

@@ -5,6 +5,7 @@ from designer.requirement.fixed import Fixed, FixedMirror, FixedView
 from designer.requirement.model import PREDICTED, SAME_OBJECTIVE, Objective, Requirement, Solve
 from designer.requirement.reading import (
     NOT_ASKED,
+    index_in,
     read_named_part,
     read_requirement,
     requirement_from_json,
@@ -29,6 +30,7 @@ __all__ = [
     "Requirement",
     "Solve",
     "WorkingVolume",
+    "index_in",
     "read_named_part",
     "read_requirement",
     "requirement_from_json",

@@ -164,6 +164,18 @@ class Requirement(Part):
             "window ([light], [matching]).",
         ),
     ]
+    scale_uncertainty_percent: Annotated[
+        float,
+        Quantity(0, 5, "percent"),
+        Field(
+            title="scale uncertainty",
+            default=0.02,
+            description="Relative standard uncertainty of the image's scale (principal distance, focus, temperature, "
+            "pixel pitch). The systematic depth error that it causes is added to that of the noise in squares. It is "
+            "large in folded designs, where the shifts of the two views add up, and small in direct ones, where they "
+            "nearly cancel. Default: 0.02, which a careful calibration reaches. 0: not counted.",
+        ),
+    ]
     working_volume: WorkingVolume
     envelope: Envelope
     camera: Camera

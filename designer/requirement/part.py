@@ -34,5 +34,16 @@ class Part(BaseModel):
             refuse(f"must be a table with the keys {', '.join(cls.model_fields)}")
         for key in data:
             if key not in cls.model_fields:
-                refuse(f"no such key; {nearest(key, tuple(cls.model_fields))}", key, data[key])
+                below = cls._table_with(key)
+                advice = f"did you mean {below}.{key}?" if below else nearest(key, tuple(cls.model_fields))
+                refuse(f"no such key; {advice}", key, data[key])
         return data
+
+    @classmethod
+    def _table_with(cls, key: object) -> str | None:
+        """The table, one level down, that has a key."""
+        for name, field in cls.model_fields.items():
+            kind = field.annotation
+            if isinstance(kind, type) and issubclass(kind, Part) and key in kind.model_fields:
+                return name
+        return None

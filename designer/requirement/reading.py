@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -115,9 +116,16 @@ def _child(target: Any, part: str, key: str) -> Any:
 
 
 def _index(target: list[Any], part: str, key: str) -> int:
-    if not part.isdecimal() or int(part) >= len(target):
+    index = index_in(target, part)
+    if index is None:
         raise InputError(f"{key}: {part} must be a number from 0 to {len(target) - 1}")
-    return int(part)
+    return index
+
+
+def index_in(values: Sequence[object], part: str) -> int | None:
+    """The place in a list that part of a dotted name selects; None if it is no number, or too large."""
+    is_short = part.isdecimal() and len(part) <= len(str(len(values)))
+    return int(part) if is_short and int(part) < len(values) else None
 
 
 def _validated(content: dict[str, Any], source: Path | str, kind: type[NamedPart]) -> NamedPart:

@@ -14,7 +14,9 @@ from pathlib import Path
 
 from designer.design import Design
 from designer.files import write_atomically
-from designer.study.folder import UNCHECKED, check_folder, remove_checks
+from designer.study.folder import remove_checks
+from designer.study.manifest import announce, settle
+from designer.study.names import UNCHECKED, check_folder, names_of_check
 from designer.study.processes import local_processes, run_each, why_it_failed
 
 
@@ -50,12 +52,15 @@ def check_designs(
 
     Raises
     ------
+    InputError
+        A file is in the way that no study wrote, or that has been changed since.
     OSError
         A check cannot be written.
     """
     remove_checks(folder)
     if not designs:
         return {}
+    announce(folder, [name for design in designs for name in names_of_check(design.configuration)])
     passed: dict[str, bool] = {}
     started = time.perf_counter()
     tasks = [(design, check_folder(folder, design.configuration), seed) for design in designs]
@@ -70,6 +75,7 @@ def check_designs(
                 verdict, seconds = False, time.perf_counter() - started
                 problem = why_it_failed(error)
                 _write_unchecked(design, problem, check_folder(folder, design.configuration))
+            settle(folder, names_of_check(design.configuration))
             passed[design.configuration] = verdict
             if progress is not None:
                 step = CheckProgress(len(passed), len(designs), design.configuration, verdict, seconds, problem)

@@ -198,6 +198,18 @@ _FURTHER = (
     ),
     Column("second_order_valid", bool, _of_depth(lambda depth: depth.second_order_valid), "second order valid"),
     Column(
+        "depth_shift_per_scale",
+        float,
+        _of_depth(lambda depth: depth.depth_shift_per_scale),
+        "depth shift per scale error",
+    ),
+    Column(
+        "depth_shift_per_scale_worst",
+        float,
+        _of_depth(lambda depth: depth.depth_shift_per_scale_worst),
+        "worst depth shift per scale error",
+    ),
+    Column(
         "least_limit_depth_error_rms",
         float,
         _of_score(lambda score: score.least_limit.depth_error_rms),

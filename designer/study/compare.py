@@ -13,7 +13,8 @@ from designer.files import InputError
 from designer.notebook_html import html_table
 from designer.requirement import NOT_ASKED, Requirement, read_requirement, requirement_to_toml
 from designer.study.columns import SCORE_COLUMNS
-from designer.study.folder import REQUIREMENT, RESULTS, read_rows
+from designer.study.folder import read_rows
+from designer.study.names import REQUIREMENT, RESULTS
 from designer.study.row import frame_of
 from designer.study.sweep.store import FILE_NAME
 from designer.study.sweep.tables import axis_columns, read_sweep_results, requirement_of

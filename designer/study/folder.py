@@ -1,8 +1,9 @@
-"""A study's folder, written file by file, each whole or not at all, and read back: the only place that knows its files.
+"""A study's folder, written file by file, each whole or not at all, and read back.
 
 ``designs.csv`` (a row for each configuration), ``designs/`` (a file for each feasible design), ``fronts.csv`` (Pareto
-fronts), ``lenses.csv`` (what each lens of a catalogue gives), ``requirement.toml``, ``provenance.json`` (written last),
-``checks/``, ``study.pdf`` and ``figures/``.
+fronts), ``lenses.csv`` (what each lens of a catalogue gives), ``requirement.toml``, ``provenance.json`` (written last
+of the study), ``checks/``, ``study.pdf``, ``figures/`` and ``manifest.json`` (which of the folder's files are the
+study's own).
 """
 
 from __future__ import annotations
@@ -12,9 +13,8 @@ import io
 import json
 import math
 import platform
-import shutil
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, fields, replace
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -24,83 +24,82 @@ import pandas as pd
 from pydantic import JsonValue
 
 from designer import __version__
-from designer.design import read_design, write_design
+from designer.design import design_to_json, read_design
 from designer.files import InputError, as_json, read_text, write_atomically
-from designer.requirement import Requirement, read_requirement, requirement_to_toml
+from designer.requirement import Requirement, read_requirement, requirement_to_toml, set_key
 from designer.study.columns import STATUSES
+from designer.study.manifest import announce, read_manifest, remove, settle
+from designer.study.names import (
+    CHECKS,
+    DESIGNS,
+    FIGURE_LIST,
+    FIGURES,
+    LENSES,
+    PARETO,
+    PDF,
+    PROVENANCE,
+    REQUIREMENT,
+    RESULTS,
+    UNCHECKED,
+    check_folder,
+    design_name,
+    design_path,
+    figure_name,
+)
 from designer.study.row import Row, frame_of, read_row
 from designer.study.study import LensRow, ParetoRow, Study
 
-RESULTS = "designs.csv"
-DESIGNS = "designs"
-PARETO = "fronts.csv"
-LENSES = "lenses.csv"
-REQUIREMENT = "requirement.toml"
-PROVENANCE = "provenance.json"
-CHECKS = "checks"
-UNCHECKED = "unchecked.json"
-"""In a check's folder: why a design could not be checked."""
-PDF = "study.pdf"
-FIGURES = "figures"
-FIGURE_LIST = "report.json"
-"""In the folder of figures: the names of those that the report has drawn, since others may stand beside them."""
-
-# The first file of a check and the last, so that one cut short is known too.
-_FILES_OF_A_CHECK = ("raw.png", "check.json", UNCHECKED)
-_FIGURES_OF_VERSION_0_1 = (
-    "cross-section-",
-    "trade-",
-    "fronts-",
-    "check-",
-    "image-layout-",
-    "resolution-",
-    "depth-resolution-",
-    "depth-error-",
-)
-"""How the figures begin in a folder that has no list of them."""
 _PACKAGES = ("numpy", "scipy", "casadi", "pydantic", "pandas", "matplotlib", "typst")
 
 
 def write_study(study: Study, folder: Path) -> None:
     """Write everything but checks and report; an older report goes. A folder without provenance.json is not finished.
 
+    Only files that a study wrote, and that are as it wrote them, are replaced or removed.
+
     Raises
     ------
+    InputError
+        A file is in the way that no study wrote, or that has been changed since; nothing is written.
     OSError
         A file cannot be written.
     """
+    files = {
+        **{design_name(name): design_to_json(design) for name, design in study.designs.items()},
+        REQUIREMENT: requirement_to_toml(study.requirement),
+        RESULTS: frame_of(study.rows).to_csv(index=False),
+        PARETO: pareto_frame(study.pareto).to_csv(index=False),
+        **({LENSES: lens_frame(study.lenses).to_csv(index=False)} if study.lenses else {}),
+        PROVENANCE: json.dumps(study.provenance, indent=2) + "\n",
+    }
+    earlier = read_manifest(folder) or {}
+    announce(folder, files)
+    stale = [name for name in earlier if name not in files and not name.startswith(f"{CHECKS}/")]
     (folder / PROVENANCE).unlink(missing_ok=True)
-    _remove_report(folder)
-    files = {f"{name}.json": design for name, design in study.designs.items()}
+    remove(folder, stale)
     (folder / DESIGNS).mkdir(parents=True, exist_ok=True)
-    for stale in (folder / DESIGNS).glob("*.json"):
-        if stale.name not in files:
-            stale.unlink()
-    for name, design in files.items():
-        write_design(design, folder / DESIGNS / name)
-    write_atomically(folder / REQUIREMENT, requirement_to_toml(study.requirement))
-    write_atomically(folder / RESULTS, frame_of(study.rows).to_csv(index=False))
-    write_atomically(folder / PARETO, pareto_frame(study.pareto).to_csv(index=False))
-    if study.lenses:
-        write_atomically(folder / LENSES, lens_frame(study.lenses).to_csv(index=False))
-    else:
-        (folder / LENSES).unlink(missing_ok=True)
-    write_atomically(folder / PROVENANCE, json.dumps(study.provenance, indent=2) + "\n")
+    for name, content in files.items():
+        write_atomically(folder / name, content)
+    settle(folder, files)
 
 
 def write_report(folder: Path, pdf: bytes, figures: Mapping[str, bytes]) -> Path:
-    """Write a typeset report and its figures (SVG by name), remove those of an earlier one; the path of the PDF."""
-    stale = set(_report_figures(folder)) - set(figures)
-    # Whatever interrupts this, no figure is there that the list does not name.
-    _list_figures(folder, stale.union(figures))
-    for name, svg in figures.items():
-        write_atomically(folder / FIGURES / name, svg)
-    for name in stale:
-        (folder / FIGURES / name).unlink(missing_ok=True)
-    _list_figures(folder, figures)
-    path = folder / PDF
-    write_atomically(path, pdf)
-    return path
+    """Write a typeset report and its figures (SVG by name), remove those of an earlier one; the path of the PDF.
+
+    Raises
+    ------
+    InputError
+        A file is in the way that no report wrote, or that has been changed since; nothing is written.
+    """
+    files: dict[str, str | bytes] = {figure_name(name): svg for name, svg in figures.items()}
+    files |= {figure_name(FIGURE_LIST): json.dumps(sorted(figures), indent=2) + "\n", PDF: pdf}
+    earlier = read_manifest(folder) or {}
+    announce(folder, files)
+    remove(folder, [name for name in earlier if name.startswith(f"{FIGURES}/") and name not in files])
+    for name, content in files.items():
+        write_atomically(folder / name, content)
+    settle(folder, files)
+    return folder / PDF
 
 
 def pareto_frame(pareto: Sequence[ParetoRow]) -> pd.DataFrame:
@@ -140,6 +139,9 @@ def read_study(folder: Path) -> Study:
         A file is absent or cannot be understood, or a feasible design has no file: one line says which.
     """
     requirement = read_requirement(folder / REQUIREMENT)
+    if "scale_uncertainty_percent" not in requirement.model_fields_set:
+        # A folder holds every key, so without this one the scale was not counted.
+        requirement = set_key(requirement, "scale_uncertainty_percent", 0.0)
     rows = read_rows(folder)
     designs = {
         row.configuration: read_design(design_path(folder, row.configuration))
@@ -187,44 +189,9 @@ def read_rows(folder: Path) -> tuple[Row, ...]:
     return tuple(sorted(rows, key=lambda row: (order.get(row.status, len(order)), row.rank or unranked)))
 
 
-def design_path(folder: Path, configuration: str) -> Path:
-    """Where a configuration's design stands."""
-    return folder / DESIGNS / f"{configuration}.json"
-
-
-def check_folder(folder: Path, configuration: str) -> Path:
-    """Where the check of a configuration's design stands."""
-    return folder / CHECKS / configuration
-
-
 def remove_checks(folder: Path) -> None:
     """Remove the checks of an earlier study; what someone else put among them stays."""
-    for earlier in {path.parent for name in _FILES_OF_A_CHECK for path in (folder / CHECKS).glob(f"*/{name}")}:
-        shutil.rmtree(earlier)
-
-
-def _remove_report(folder: Path) -> None:
-    """Remove a report and its figures, which describe other results than those about to be written."""
-    (folder / PDF).unlink(missing_ok=True)
-    for name in (*_report_figures(folder), FIGURE_LIST):
-        (folder / FIGURES / name).unlink(missing_ok=True)
-
-
-def _list_figures(folder: Path, names: Iterable[str]) -> None:
-    write_atomically(folder / FIGURES / FIGURE_LIST, json.dumps(sorted(names), indent=2) + "\n")
-
-
-def _report_figures(folder: Path) -> list[str]:
-    """The names of the figures of a report in a study's folder; what someone else put beside them is not among them."""
-    listed = folder / FIGURES / FIGURE_LIST
-    if listed.exists():
-        try:
-            names = json.loads(read_text(listed))
-        except json.JSONDecodeError as error:
-            raise InputError(f"{listed}: not JSON: {error.msg} at line {error.lineno}") from None
-        # Nothing outside the folder is ever removed.
-        return [name for name in names if isinstance(name, str) and Path(name).name == name]
-    return [path.name for path in (folder / FIGURES).glob("*.svg") if path.name.startswith(_FIGURES_OF_VERSION_0_1)]
+    remove(folder, [name for name in read_manifest(folder) or {} if name.startswith(f"{CHECKS}/")])
 
 
 def _read_pareto(path: Path) -> tuple[ParetoRow, ...]:
@@ -271,10 +238,13 @@ def _read_lenses(path: Path) -> tuple[LensRow, ...]:
 
 def _read_records(path: Path, needed: tuple[str, ...]) -> list[dict[str, str]]:
     reader = csv.DictReader(io.StringIO(read_text(path)), restval="")
-    for column in needed:
-        if column not in (reader.fieldnames or ()):
-            raise InputError(f"{path}: column {column} is missing")
-    return [{key: value for key, value in record.items() if key is not None} for record in reader]
+    try:
+        for column in needed:
+            if column not in (reader.fieldnames or ()):
+                raise InputError(f"{path}: column {column} is missing")
+        return [{key: value for key, value in record.items() if key is not None} for record in reader]
+    except csv.Error as error:
+        raise InputError(f"{path}: not a table that a study wrote: {error} (line {reader.line_num})") from None
 
 
 def _number(text: str) -> float | None:

@@ -31,7 +31,10 @@ class Processes:
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """Start a task; raises BrokenProcessPool if a process has died."""
         with interrupts_held_back():
-            return self._pool.submit(function, *arguments)
+            try:
+                return self._pool.submit(function, *arguments)
+            except (EOFError, ConnectionError) as error:
+                raise BrokenProcessPool("the server that starts processes has died") from error
 
     def rebuild(self) -> None:
         """Replace a broken pool."""

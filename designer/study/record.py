@@ -65,6 +65,7 @@ def record_of(requirement: Requirement, best: Candidate) -> Design:
                 distance_mm=requirement.working_volume.distance_mm,
             ),
             "noise_px": equivalent_noise_px(best),
+            "scale_uncertainty": best.problem.specification.scale_uncertainty,
             "zone_gap_px": requirement.manufacture.zone_gap_px,
             "clearance_mm": requirement.manufacture.clearance_mm,
             "edge_margin_mm": requirement.manufacture.edge_margin_mm,
@@ -74,13 +75,13 @@ def record_of(requirement: Requirement, best: Candidate) -> Design:
 
 
 def equivalent_noise_px(best: Candidate) -> float:
-    """The noise that, the same in both views and everywhere, gives the design's depth error, in pixels."""
+    """The noise that, the same in both views and everywhere, gives the noise's part of the depth error, in pixels."""
     specification = best.problem.specification
     if not specification.predicted_share:
         return float(specification.noise / specification.pixel_pitch)
     system = put_together(best.problem.variant, best.values, specification)
     per_pixel = float(depth_error_rms(system.pair, system.volume, specification.pixel_pitch))
-    return best.goals["depth_error"] / per_pixel
+    return float(depth_error_rms(system.pair, system.volume, system.noise)) / per_pixel
 
 
 def describe_variant(candidate: Candidate, layout: Layout) -> str:
@@ -229,6 +230,7 @@ def least_limit_of(requirement: Requirement, configuration: Configuration) -> Le
                     lens.principal_distances_mm,
                     ImageBounds(camera.image_radius_mm, requirement.manufacture.zone_gap_px * pitch),
                     _sharp_noise(requirement, lens),
+                    requirement.scale_uncertainty_percent / 100.0,
                 )
             )
     if not limits:

@@ -47,7 +47,8 @@ def run_study(
     Raises
     ------
     InputError
-        A pattern matches none of the requirement's configurations.
+        A pattern matches none of the requirement's configurations; or a file is in the way that no study wrote, or that
+        has been changed since.
     """
     study = solve_study(requirement, jobs=jobs, only=only, progress=progress)
     write_study(study, folder)

@@ -1,7 +1,8 @@
 """Depth error by brute force: noisy projections through the tracer, and nothing but the tracer.
 
 Random points of the working volume are projected by finding, for each view, the pinhole ray that the traced mirrors
-send to the point; each image radius gets its own Gaussian noise; both noisy rays are traced back out, and their
+send to the point; each image radius gets its own Gaussian noise, and both are scaled by the same Gaussian error of the
+image's scale, if the design counts one; both noisy rays are traced back out, and their
 lines meet at a depth. Rays stay in one meridional plane, which loses nothing: the mirrors are round, and noise
 across the plane turns both views' lines without moving their depth to first order.
 """
@@ -90,6 +91,7 @@ def _measure(
     design: Design, elevations: Array, distances: Array, noise_px: float | None, random: np.random.Generator
 ) -> DepthErrors:
     camera, views = design.camera, design.views
+    scale = 1.0 + design.scale_uncertainty * random.standard_normal(distances.size) if design.scale_uncertainty else 1.0
     sigma = (design.noise_px if noise_px is None else noise_px) * camera.pixel_pitch_mm
     middle = views.middle_mm
     heights = middle + distances * np.tan(elevations)
@@ -97,7 +99,7 @@ def _measure(
     lines: list[tuple[Array, Array]] = []
     for name, view in (("upper", views.upper), ("lower", views.lower)):
         psi = project(design, name, distances, heights)
-        radius = camera.focal_length_mm * np.tan(psi) + sigma * random.standard_normal(psi.size)
+        radius = scale * camera.focal_length_mm * np.tan(psi) + sigma * random.standard_normal(psi.size)
         noisy = np.arctan2(radius, camera.focal_length_mm)
         (start_x, start_z), (ahead_x, ahead_z) = exit_lines(instrument, instrument.path(view.path), noisy)
         slope = ahead_z / ahead_x

@@ -13,6 +13,7 @@ from designer import api
 from designer.cli import cli
 from designer.imaging.images import read_raw_image
 from designer.imaging.stereo.placement import ImagePlacement
+from designer.imaging.stereo.rig import point_cloud
 from support import DATA, ROOT
 from support.analytic_room import Waves, eccentric_wall, raw_image
 from support.imaging_designs import coarse_prototype, prototype
@@ -188,3 +189,11 @@ def test_options_that_cannot_be_used_are_refused(image: np.ndarray) -> None:
         api.render(coarse_prototype(), read_noise_electrons=-1)
     with pytest.raises(api.InputError, match="scene"):
         api.render(coarse_prototype(), "no_such_scene")
+
+
+def test_points_have_the_colours_of_the_panorama_whichever_way_they_are_made(image: np.ndarray) -> None:
+    rig = api.stereo_rig(coarse_prototype(), columns=450)
+    found = api.reconstruct(rig, image)
+    alone = point_cloud(rig, image, found.matches)
+    np.testing.assert_array_equal(alone.colours, found.cloud.colours)
+    np.testing.assert_array_equal(alone.colours[:, 0], found.upper[alone.rows, alone.columns])

@@ -12,6 +12,7 @@ from designer.design import Design, read_design
 from designer.requirement import Requirement
 from designer.study.checks import CheckProgress
 from designer.study.folder import read_rows
+from designer.study.manifest import settle
 from designer.study.progress import Progress
 from designer.study.study import Study
 from support import DATA
@@ -40,6 +41,7 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
         seen.jobs.append(jobs)
         seen.only.append(requirement.solve.configurations)
         (out_dir / "designs.csv").write_text(seen.designs, encoding="utf-8")
+        settle(out_dir, ["designs.csv"])
         if progress:
             progress(Progress(1, 2, "direct-HyHy-upper_outer", "infeasible", 0, 1.5, 1.5))
             progress(Progress(2, 2, "folded-HyPl-Hy-upper_outer", "feasible", 1, 3.0, 0.0))

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -15,6 +16,8 @@ from designer.configurations import enumerate_configurations
 from designer.design import read_design, write_design
 from designer.requirement import read_requirement
 from designer.study.study import LensRow
+from designer.study.sweep.definition import read_sweep
+from designer.study.sweep.plan import check_points, plan_points
 from support import DATA
 
 NAMES = [configuration.name for configuration in enumerate_configurations()]
@@ -216,6 +219,26 @@ def test_a_folder_that_cannot_be_written_is_found_out_before_the_work(asked: Pat
     assert not calls.requirements
 
 
+def test_a_folder_that_is_no_study_is_refused_before_the_work(asked: Path, calls: Calls) -> None:
+    Path("project/designs").mkdir(parents=True)
+    Path("project/designs/package.json").write_text("{}", encoding="utf-8")
+    line = refused("study", asked, "--out", "project")
+    assert line == "designer: project: not the folder of a study; choose an empty or a new folder with --out"
+    assert not calls.requirements
+    assert [path.name for path in Path("project").rglob("*")] == ["designs", "package.json"]
+
+
+def test_what_a_study_keeps_is_named_in_one_line(asked: Path, calls: Calls) -> None:
+    assert run("study", asked).exit_code == 0
+    Path("reports/my/notes.txt").write_text("mine", encoding="utf-8")
+    assert run("study", asked).stderr.startswith("reports/my: not written by the study, and kept: notes.txt\n[1/2]")
+    Path("reports/my/designs.csv").write_text("mine", encoding="utf-8")
+    assert refused("study", asked) == (
+        "designer: reports/my: designs.csv: not written by the study, or changed since; move it away, or use "
+        "another folder"
+    )
+
+
 def test_a_full_disk_is_one_line(asked: Path, calls: Calls, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*arguments: object, **options: object) -> None:
         raise OSError(28, "No space left on device", "reports/my/designs.csv")
@@ -228,8 +251,77 @@ def test_a_full_disk_is_one_line(asked: Path, calls: Calls, monkeypatch: pytest.
 
 def test_a_report_is_typeset_again(asked: Path, calls: Calls) -> None:
     Path("folder").mkdir()
+    assert refused("report", "folder") == (
+        "designer: folder: not the folder of a study: it contains neither designs.csv nor requirement.toml"
+    )
+    Path("folder/designs.csv").write_text(calls.designs, encoding="utf-8")
     assert run("report", "folder").stdout == "folder/study.pdf\n"
     assert "absent: must be the folder of a study" in refused("report", "absent")
+
+
+def test_nothing_feasible_ends_with_what_stood_in_the_way(asked: Path, calls: Calls) -> None:
+    head, *_ = calls.designs.splitlines()
+    row = "infeasible,x,,,,,,{},{},mm"
+    lines = [
+        f"{NAMES[0]},direct,upper_outer,{row.format('height of the mirror system', 7.25)}",
+        f"{NAMES[1]},direct,upper_outer,{row.format('height of the mirror system', 3.5)}",
+        f"{NAMES[2]},direct,upper_outer,{row.format('image circle', 1.0)}",
+    ]
+    calls.designs = "\n".join([f"{head},closest_constraint,closest_violation,closest_unit", *lines]) + "\n"
+    assert run("study", asked).stdout.splitlines()[:2] == [
+        "3 configurations: 3 infeasible",
+        "most frequent limiting constraint (2 of 3): height of the mirror system; least violated by "
+        f"{NAMES[1]}: 3.5 mm",
+    ]
+    calls.designs = f"{head}\n{NAMES[0]},direct,upper_outer,impossible,no mirror can,,,,,\n"
+    Path("reports/my/designs.csv").unlink()
+    assert "most frequent reason (1 of 1): no mirror can" in run("study", asked).stdout
+
+
+def test_an_image_circle_beyond_the_sensor_is_noted_with_what_it_loses(asked: Path, calls: Calls) -> None:
+    text = asked.read_text(encoding="utf-8")
+    wider = re.sub(r"(?m)^width_px = .*", "width_px = 1600\nimage_circle_radius_px = 800", text)
+    wider = re.sub(r"(?m)^height_px = .*", "height_px = 1200", wider)
+    asked.write_text(wider, encoding="utf-8")
+    assert run("study", asked).stderr.splitlines()[0] == (
+        "note: camera.image_circle_radius_px = 800 is greater than half the shorter image side (600 px): at the rim of "
+        "the image circle 46 % of all azimuths lie beyond the sensor"
+    )
+
+
+def test_the_time_of_checks_follows_the_number_of_pixels(asked: Path, calls: Calls) -> None:
+    text = asked.read_text(encoding="utf-8")
+    for width, height, told in ((1600, 1200, "10 to 30 s"), (6400, 4800, "3 min to 8 min"), (160, 120, "about 1 s")):
+        camera = re.sub(r"(?m)^width_px = .*", f"width_px = {width}", text)
+        asked.write_text(re.sub(r"(?m)^height_px = .*", f"height_px = {height}", camera), encoding="utf-8")
+        assert f"Checking the best design end to end, {told} per design ..." in run("study", asked).stderr
+
+
+def test_a_table_at_the_wrong_place_is_pointed_at(asked: Path) -> None:
+    asked.write_text(asked.read_text(encoding="utf-8").replace("[camera.lens]", "[lens]"), encoding="utf-8")
+    assert "lens: no such key; did you mean camera.lens?" in refused("study", asked)
+
+
+def test_every_error_of_a_requirement_is_named(asked: Path) -> None:
+    text = re.sub(r"(?m)^height_mm = .*", 'height_mm = "a"', asked.read_text(encoding="utf-8"))
+    asked.write_text(re.sub(r"(?m)^baseline_mm = .*", "baseline_mm = -1", text), encoding="utf-8")
+    line = refused("study", asked)
+    assert "baseline_mm = -1: must be" in line
+    assert "envelope.height_mm = 'a': must be" in line
+    assert "more)" not in line
+
+
+def test_init_writes_a_valid_sweep_over_a_requirement(asked: Path) -> None:
+    Path("sweeps").mkdir()
+    path = Path("sweeps/heights.toml")
+    assert run("init", path, "--sweep", asked).stdout == f"{path} written; next: designer sweep {path}\n"
+    definition, base = read_sweep(path)
+    assert definition.requirement == "../my.toml"
+    points = plan_points(definition)
+    assert len(points) == 9
+    check_points(definition, base, points)
+    assert "absent.toml: cannot be read" in refused("init", "other.toml", "--sweep", "absent.toml")
+    assert not Path("other.toml").exists()
 
 
 def test_the_tracers_verdict_decides_the_exit_code(tmp_path: Path) -> None:

@@ -101,6 +101,13 @@ def test_what_first_order_does_not_say(noise_px: float, said: tuple[str, ...], u
     assert not any(words in output for words in unsaid)
 
 
+@pytest.mark.parametrize(("uncertainty", "said"), [(0.0, "does not count it"), (2e-4, "a scale known to 0.02 %")])
+def test_what_the_scale_does_is_said(uncertainty: float, said: str, tmp_path: Path):
+    output = run("evaluate", lambda record: record.update(scale_uncertainty=uncertainty), tmp_path).stdout
+    (line,) = [line for line in output.splitlines() if line.startswith("0.1 % of image scale shifts the depth by ")]
+    assert said in line
+
+
 def test_the_middle_of_the_monte_carlo_is_the_second_order_deviation_where_that_holds(tmp_path: Path):
     content = json.loads(run("evaluate", lambda record: record.update(noise_px=0.5), tmp_path, "--json").stdout)
     measured, summary = content["monte_carlo"], content["evaluation"]

@@ -48,6 +48,13 @@ def test_a_captured_image_becomes_a_point_cloud(captured, tmp_path, sampling):
     }  # fmt: skip
     assert summary["outcomes"]["kept"] > 0.85
     assert f"{summary['points']} points" in result.stdout
+    shift = summary["depth_shift_per_scale"]
+    # 2 D / b, less the cosines at the pinhole: of an eccentric wall at 1.7 m, seen over 100 mm.
+    assert 0.95 * 2.0 * summary["median_distance_mm"] / 100.0 < shift["median"] < 1.06 * shift["largest"]
+    assert (
+        f"systematic: 0.1 % of image scale shifts these distances by {0.1 * shift['median']:.2g} % (median), "
+        f"up to {0.1 * shift['largest']:.2g} %"
+    ) in result.stdout
     arrays = np.load(out / "stereo.npz")
     shape = (summary["panorama"]["rows"], 900)
     assert arrays["distance_mm"].shape == shape
@@ -181,3 +188,4 @@ def test_an_image_without_any_match_is_still_written(captured, tmp_path):
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["points"] == 0
     assert summary["outcomes"]["no_texture"] > 0.9
+    assert result.stderr.startswith("few points are left: check that the image and the design belong together")

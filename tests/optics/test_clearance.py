@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -10,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from designer.design import Design
-from designer.optics.clearance import FaceRows, SolidRows, pair_up, separations
-from designer.optics.conic import FocalConic
-from designer.optics.layout import Layout
+from designer.optics.clearance import FaceRows, Pairs, SolidRows, pair_up, separations
+from designer.optics.conic import FocalConic, Surface
+from designer.optics.layout import Layout, Leg, LegEnd, Solid
 from designer.trace.bundles import pinhole_directions
 from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
 from designer.trace.instrument import build_instrument
@@ -114,6 +115,143 @@ def touching(design: Design) -> set[frozenset[str]]:
         words = problem.replace("lens barrel", "lens").replace("camera body", "body").split()
         found.add(frozenset({words[0], words[2]}))
     return found
+
+
+def stands_on(leg: Leg, solid: Solid) -> bool:
+    """Whether an end ray starts or ends on the very face of a solid."""
+    for across, along in (*leg.start.points, *leg.end.points):
+        radius = solid.side * float(np.ravel(across)[0])
+        inner, outer = (float(np.ravel(edge)[0]) for edge in (solid.inner_radius, solid.outer_radius))
+        off = float(np.ravel(along)[0]) - float(np.ravel(solid.surface.height(np.array([radius])))[0])
+        if inner - 1e-9 <= radius <= outer + 1e-9 and abs(off) < 1e-7:
+            return True
+    return False
+
+
+@pytest.mark.parametrize("variant", VARIANTS[::3], ids=variant_name)
+def test_every_pair_counts_but_those_that_meet_on_purpose(variant):
+    """A leg and the face it starts or ends on; the first leg and the camera; lens and body, which are one piece."""
+    problem = problem_of(shipped_requirement("pipe_inspection"), variant)
+    values = random_designs(problem, 4000, seed=7)
+    sound = np.flatnonzero(is_coherent(put_together(problem, values)))
+    for index in sound[:2]:
+        layout = put_together(problem, at(values, index)).layout
+        pairs = pair_up(layout)
+        camera = {"lens", "body"}
+        expected = {
+            (i, j)
+            for i, leg in enumerate(layout.legs)
+            for j, solid in enumerate(layout.solids)
+            if not (solid.name in camera and leg is next(one for one in layout.legs if one.view == leg.view))
+            and not (solid.name not in camera and stands_on(leg, solid))
+        }
+        assert set(pairs.leg_solid) == expected
+        # Solids are rings: each pair of them once.
+        bodies = [frozenset({layout.solids[i].name, layout.solids[j].name}) for i, j in pairs.solid_solid]
+        assert len(set(bodies)) == len(bodies)
+        rings = {solid.name for solid in layout.solids}
+        assert set(bodies) == {frozenset(pair) for pair in combinations(rings, 2)} - {frozenset(camera)}
+
+
+def speck(place: np.ndarray) -> Solid:
+    """A solid so small that it is a point in the meridional plane."""
+    return Solid("speck", 1, Surface(place[1], 0.0, 0.0), place[0], place[0], 0.0)
+
+
+def light_through(corners: np.ndarray) -> Leg:
+    """A leg without mirrors: from the first two corners to the other two, each ray from one to the next but one."""
+    ends = [LegEnd(tuple(tuple(point) for point in pair)) for pair in (corners[:2], corners[2:])]
+    return Leg("upper", "here -> there", *ends)
+
+
+def best_separation(leg: Leg, first: Solid, second: Solid) -> tuple[float, float]:
+    """The largest of a leg from the first solid, and of the two solids from each other."""
+    layout = Layout((), (leg,), (first, second))
+    light, bodies = separations(layout, Pairs((leg,), layout.solids, ((0, 0),), ((0, 1),)))
+    return float(light.max()), float(bodies.max())
+
+
+FAR_AWAY = speck(np.array([900.0, -900.0]))
+
+
+@pytest.mark.parametrize("edge", [(0, 1), (2, 3), (0, 2), (1, 3)], ids=["start", "end", "inner ray", "outer ray"])
+def test_a_point_beside_an_edge_of_the_light_is_as_far_from_it_as_from_its_line(edge):
+    corners = np.array([[10.0, 0.0], [14.0, 1.0], [9.0, 20.0], [18.0, 23.0]])
+    first, second = corners[list(edge)]
+    along = (second - first) / np.linalg.norm(second - first)
+    outwards = np.array([along[1], -along[0]])
+    outwards *= np.sign(outwards @ (first - corners.mean(axis=0)))
+    place = (first + second) / 2.0 + 3.0 * outwards
+    separation, _ = best_separation(light_through(corners), speck(place), FAR_AWAY)
+    assert separation == pytest.approx(3.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("place", "apart"), [((15.0, 35.0), 3.0), ((15.0, 26.0), 4.0), ((24.0, 31.0), 4.0), ((7.0, 31.0), 3.0)], ids=str
+)
+def test_a_point_over_under_around_or_within_a_flat_ring_is_as_far_as_it_looks(place, apart):
+    """From 10 to 20 mm off the axis and from 30 to 32 mm high."""
+    ring = Solid("ring", 1, Surface(30.0, 0.0, 0.0), 10.0, 20.0, 2.0)
+    point = np.array(place)
+    light = light_through(np.tile(point, (4, 1)))
+    assert best_separation(light, ring, speck(point)) == pytest.approx((apart, apart), abs=1e-9)
+    _, turned = best_separation(light, speck(point), ring)
+    assert turned == pytest.approx(apart, abs=1e-9)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_point_inside_a_bowl_is_as_far_from_it_as_from_the_chord_between_its_rims(side):
+    bowl = Solid("bowl", side, Surface(50.0, 0.02, 0.0), 10.0, 40.0, -5.0)
+    inner, outer = (np.array([side * radius, 50.0 + 0.01 * radius**2]) for radius in (10.0, 40.0))
+    along = (outer - inner) / np.linalg.norm(outer - inner)
+    place = (inner + outer) / 2.0 + 4.0 * np.array([-along[1], along[0]]) * side
+    of_light, of_solids = best_separation(light_through(np.tile(place, (4, 1))), bowl, speck(place))
+    assert (of_light, of_solids) == pytest.approx((4.0, 4.0), abs=1e-9)
+    _, turned = best_separation(light_through(np.tile(place, (4, 1))), speck(place), bowl)
+    assert turned == pytest.approx(4.0, abs=1e-9)
+
+
+def numbers(values) -> np.ndarray:
+    return np.array([float(np.ravel(value)[0]) for value in values])
+
+
+def points_of_leg(leg: Leg) -> np.ndarray:
+    """Points (n, 2) all over the light of a leg, from where it starts to where it ends."""
+    share = np.linspace(0.0, 1.0, 7)[:, None]
+    ends = []
+    for end in (leg.start, leg.end):
+        first, second = (numbers(point) for point in end.points)
+        line = first + share * (second - first)
+        if end.surface is not None:
+            line[:, 1] = end.surface.height(np.abs(line[:, 0]))
+        ends.append(line)
+    along = np.linspace(0.0, 1.0, 41)[:, None, None]
+    return (ends[0] + along * (ends[1] - ends[0])).reshape(-1, 2)
+
+
+def points_of_solid(solid: Solid) -> np.ndarray:
+    """Points (n, 2) on face and back of a solid, and on its rims."""
+    inner, outer, depth = numbers((solid.inner_radius, solid.outer_radius, solid.depth))
+    radii = np.linspace(inner, outer, 31)
+    face = np.stack([solid.side * radii, np.broadcast_to(solid.surface.height(radii), radii.shape)], axis=-1)
+    walls = [face[end] + np.array([0.0, share * depth]) for end in (0, -1) for share in np.linspace(0.0, 1.0, 9)]
+    return np.concatenate([face, face + np.array([0.0, depth]), walls])
+
+
+@pytest.mark.parametrize("variant", VARIANTS[::4], ids=variant_name)
+def test_no_separation_exceeds_the_distance_of_any_two_points(variant):
+    """Along whatever direction: a plane between two bodies leaves no more room than they have."""
+    problem = problem_of(shipped_requirement("pipe_inspection"), variant)
+    values = random_designs(problem, 4000, seed=7)
+    for index in np.flatnonzero(is_coherent(put_together(problem, values)))[:3]:
+        layout = put_together(problem, at(values, index)).layout
+        pairs = pair_up(layout)
+        light, bodies = separations(layout, pairs)
+        legs, solids = [points_of_leg(leg) for leg in layout.legs], [points_of_solid(one) for one in layout.solids]
+        for claimed, ones, rows in ((light, legs, pairs.leg_solid), (bodies, solids, pairs.solid_solid)):
+            for (i, j), of_pair in zip(rows, claimed[:, :, 0].T, strict=True):
+                apart = np.linalg.norm(ones[i][:, None] - solids[j][None], axis=-1).min()
+                assert of_pair.max() <= apart + 1e-6, (i, j, int(of_pair.argmax()))
 
 
 @pytest.mark.slow

@@ -152,6 +152,23 @@ def test_a_mirror_may_be_written_from_either_focus():
     np.testing.assert_allclose(views[0].powers, views[1].powers, rtol=1e-12)
 
 
+@pytest.mark.parametrize(
+    "design",
+    [design for design in DESIGNS if design.configuration.startswith("folded") and "Pa" not in design.configuration],
+)
+def test_a_folded_pair_may_be_written_from_the_world_side_alone(design):
+    # The secondary's focus on its world side is the one that it shares with the primary.
+    path = light_path_of_design(design, "lower")
+    secondary, primary = path.mirrors
+    shared, vertex = secondary.conic.other_focus_height, secondary.conic.surface.vertex_height
+    turned = FocusingMirror(FocalConic(shared, vertex - shared, 1.0 / _ratio(secondary.conic)), from_world=True)
+    slope = np.tan(np.radians(design.views.lower.elevation_deg))
+    once = chief_ray(path, slope)
+    again = chief_ray(LightPath((turned, primary), path.viewpoint, path.gain, path.sense), slope)
+    for name in ("points", "powers", "legs", "directions", "viewpoint_distance"):
+        np.testing.assert_allclose(getattr(again, name), getattr(once, name), rtol=1e-6, atol=1e-7)
+
+
 def test_a_layout_and_a_finished_design_give_one_path():
     design = studied_design("indoor_robot:folded-HyPl-Hy-upper_outer")
     for view in VIEWS:

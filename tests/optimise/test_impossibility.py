@@ -52,6 +52,18 @@ def variant_called(configuration: str, label: str = "") -> Variant:
     return next(variant for variant in enumerate_variants(CONFIGURATIONS[configuration]) if variant.label == label)
 
 
+@pytest.mark.parametrize("name", ["direct-HyHy-upper_outer", "folded-HyPl-Hy-upper_outer"])
+def test_the_envelope_limits_the_baseline(name):
+    variant = variant_called(name)
+    said = reason(set_key(shipped_requirement("indoor_robot"), "baseline_mm", 100_000), variant)
+    assert said == (
+        "mirrors 60 mm wide in an envelope 140 mm high have viewpoints at most 722.8 mm apart, but the baseline must "
+        "be 100000 mm"
+    )
+    # A sensor of long baseline can see far below and above the horizon, from mirrors as wide as high.
+    assert reason(set_key(shipped_requirement("indoor_robot"), "baseline_mm", [139, 100_000]), variant) is None
+
+
 @pytest.mark.parametrize(
     ("configuration", "label", "view"),
     [

@@ -221,6 +221,15 @@ def test_a_miss_names_its_constraint_and_by_how_much(requirement, name):
     assert result.best is None
 
 
+@pytest.mark.parametrize(("conic", "side"), [(-30.0, "too high"), (-1.001, "too low")])
+def test_a_fixed_number_that_is_missed_is_missed_on_one_side(conic, side):
+    asked = set_key(set_key(INDOOR, "solve.starts", 4), "fixed", {"mirror": {"direct": {"conic": conic}}})
+    result = search(asked, CONFIGURATIONS["folded-HyPl-Hy-upper_outer"])
+    assert result.shortfall is not None
+    assert result.shortfall.unit == f"{side} (in the conic constant)"
+    assert f"fixed conic of the direct mirror by {result.shortfall.amount:.3g} {side}" in result.reason
+
+
 def test_all_that_miss_equally_are_named_whatever_the_seed():
     asked = however_blurred(shipped_requirement("sky_watch"))
     reasons = set()

@@ -21,6 +21,7 @@ from designer.report.figures.check import draw_check_errors, draw_check_maps, dr
 from designer.report.figures.style import report_style
 from designer.study.checked import read_check
 from designer.study.folder import read_study
+from designer.study.manifest import settle
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +74,7 @@ def test_without_checks_there_is_no_section_and_no_figure_of_earlier_ones(folder
     (copy / "figures").mkdir(exist_ok=True)
     earlier = "check-maps-of-an-earlier-study.svg"
     (copy / "figures" / earlier).write_text("<svg/>", encoding="utf-8")
-    (copy / "figures" / "report.json").write_text(json.dumps([earlier]), encoding="utf-8")
+    settle(copy, [f"figures/{earlier}"])
     write_pdf(read_study(copy), copy)
     assert "End-to-end check" not in source(read_study(copy), {})
     assert not (copy / "figures" / earlier).exists()

@@ -26,6 +26,7 @@ from designer.report.typst.glyphs import missing_characters
 from designer.report.typst.markup import cell, typographic
 from designer.report.typst.pdf import typeset
 from designer.study.folder import read_study
+from designer.study.manifest import settle
 from designer.study.study import LensRow
 
 SQUARE = b'<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><rect width="9" height="9"/></svg>'
@@ -254,6 +255,29 @@ def test_errors_beyond_first_order_are_flagged_everywhere(
     assert write_pdf(read_study(path), path).exists()
 
 
+def test_what_the_scale_does_is_told_where_a_table_has_it(tmp_path: Path) -> None:
+    """In the winner's facts beside its drawing and on its page; the verdict says for what scale, if any."""
+    path = write_sample_study(tmp_path / "scale", designs=(prototype(),))
+    requirement = (path / "requirement.toml").read_text(encoding="utf-8")
+    with (path / "designs.csv").open(encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    plain = source(read_study(path), {})
+    assert "shifts the depth by" not in plain
+    shifts = {"depth_shift_per_scale": "54.97", "depth_shift_per_scale_worst": "103.5"}
+    with (path / "designs.csv").open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.DictWriter(stream, fieldnames=[*rows[0], *shifts])
+        writer.writeheader()
+        writer.writerows(row | shifts for row in rows)
+    for uncertainty, told in (("0", 0), ("0.03", 1)):
+        key = f"baseline_mm = 100.0\nscale_uncertainty_percent = {uncertainty}"
+        (path / "requirement.toml").write_text(requirement.replace("baseline_mm = 100.0", key), encoding="utf-8")
+        text = source(read_study(path), {})
+        assert text.count('("0.1 % of image scale", "shifts the depth by 5.50 % rms, up to 10.4 %")') == 2
+        assert text.count("0.1 px of noise and 0.03 % of image scale") == told
+        assert f'("scale uncertainty", "{uncertainty} %")' in text
+    assert write_pdf(read_study(path), path).exists()
+
+
 def test_the_least_limit_is_told_where_it_is_not_the_designs_own(tmp_path: Path) -> None:
     path = write_sample_study(tmp_path / "free", designs=(prototype(),))
     with (path / "designs.csv").open(encoding="utf-8") as stream:
@@ -277,6 +301,7 @@ def test_figures_of_an_earlier_report_go(tmp_path: Path) -> None:
     stale.parent.mkdir()
     for file in (stale, foreign):
         file.write_text("<svg/>")
+    settle(path, ["figures/resolution-gone.svg"])
     write_pdf(read_study(path), path)
     assert not stale.exists()
     assert foreign.exists()

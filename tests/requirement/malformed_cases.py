@@ -171,6 +171,12 @@ MALFORMED = {
     ),
     "negative percent": ("within_percent = 1", "within_percent = -1", "objective.within_percent", "from 0 to 1000"),
     "no noise": ("noise_px = 0.1", "noise_px = 0", "noise_px", "from 0.001 to 10"),
+    "negative scale uncertainty": (
+        "noise_px = 0.1",
+        "noise_px = 0.1\nscale_uncertainty_percent = -0.02",
+        "scale_uncertainty_percent",
+        "a number from 0 to 5 (percent)",
+    ),
     "no starts": ("starts = 8", "starts = 0", "solve.starts", "from 1 to 10000"),
     "seed a float": ("seed = 0", "seed = 1.5", "solve.seed", "a whole number"),
     "no configuration": ('["folded-*"]', "[]", "solve.configurations", "an array of at least one name"),

@@ -1,7 +1,10 @@
 """What a requirement means: defaults that follow from one another, round trips, one changed key."""
 
 import math
+import subprocess
+import sys
 import tomllib
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -238,6 +241,18 @@ def _is_key_or_table(line: str) -> bool:
 def test_the_reference_page_is_current() -> None:
     page = (ROOT / "docs" / "requirement_reference.md").read_text(encoding="utf-8")
     assert page == reference(), "run `make reference`"
+
+
+def test_the_reference_page_travels_with_the_package(tmp_path: Path) -> None:
+    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)]
+    subprocess.run(build, cwd=ROOT, check=True, capture_output=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(wheel) as content:
+        (name,) = (name for name in content.namelist() if name.endswith("requirement_reference.md"))
+        page = content.read(name).decode()
+    assert name.endswith("data/share/doc/catadioptric-designer/requirement_reference.md")
+    assert page == reference()
+    assert "python -m designer.requirement.reference" in template()
 
 
 def test_every_default_is_explained_and_every_key_described() -> None:

@@ -13,7 +13,9 @@ import numpy as np
 import pytest
 
 from designer.design import Design, Mirror
-from designer.evaluate.depth import depth_error_rms_second_order, stereo_pair_of, volume_of
+from designer.evaluate.depth import depth_error_rms_second_order, noise_mm_of, stereo_pair_of, volume_of
+from designer.evaluate.score import depth_score
+from designer.requirement import set_key
 from designer.study.task import solve_configuration
 from designer.trace.instrument import sag
 from designer.verify.judge import judge
@@ -71,6 +73,27 @@ def test_a_winner_is_sharp_and_what_spoils_its_light_is_named(asked, name):
     wide = camera.model_copy(update={"f_number": camera.f_number / 4.0})
     assert_named(design.model_copy(update={"camera": wide}), "blur of")
     assert_named(first_rejected_with_a_cut_rim(design), "of the light arrives")
+
+
+@pytest.mark.parametrize("name", ["folded-HyHy-Hy-upper_outer", "direct-HyHy-upper_inner"])
+def test_an_uncertain_scale_is_minimised_with_the_noise_and_never_below_the_limit(name):
+    """So uncertain a scale that, in a folded design, it outweighs the noise."""
+    known = set_key(however_blurred(shipped_requirement("pipe_inspection")), "solve.starts", 4)
+    uncertain = set_key(known, "scale_uncertainty_percent", 0.1)
+    results = [solve_configuration(asked, CONFIGURATIONS[name]) for asked in (known, uncertain)]
+    designs = [result.design for result in results]
+    assert [design.scale_uncertainty for design in designs] == [0.0, 1e-3]
+    rescored = depth_score(designs[0].model_copy(update={"scale_uncertainty": 1e-3}))
+    row, score = results[1].row, depth_score(designs[1])
+    assert row.number("depth_error_rms") == pytest.approx(score.depth_error_rms, rel=1e-9)
+    assert row.number("first_stage_limit_ratio") >= 1.0 - 1e-9
+    assert score.limit_ratio >= 1.0 - 1e-9
+    # The first stage cannot lie above what another search, blind to the scale, came upon.
+    assert row.number("first_stage_depth_error_rms") <= rescored.depth_error_rms * (1.0 + 1e-6)
+    measured = depth_error_monte_carlo(designs[1], samples=SAMPLES, seed=0)
+    noise_mm = noise_mm_of(designs[1])
+    expected = depth_error_rms_second_order(stereo_pair_of(designs[1]), volume_of(designs[1]), noise_mm, 1e-3)
+    assert measured.rms == pytest.approx(expected, rel=0.01)
 
 
 def first_rejected_with_a_cut_rim(design: Design) -> Design:

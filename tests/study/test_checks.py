@@ -14,6 +14,7 @@ from designer.report.content.check_section import check_page
 from designer.study import checks
 from designer.study.checked import read_check, read_unchecked
 from designer.study.checks import CheckProgress, check_designs
+from designer.study.manifest import settle
 from designer.study.row import Row
 from support import DATA
 
@@ -31,6 +32,7 @@ def test_earlier_checks_go_and_nothing_else(tmp_path: Path) -> None:
     for place, name in ((earlier, "check.json"), (notes, "notes.txt")):
         place.mkdir(parents=True)
         (place / name).write_text("{}", encoding="utf-8")
+    settle(tmp_path, ["checks/direct-HyHy-upper_outer/check.json"])
     assert check_designs([], tmp_path) == {}
     assert not earlier.exists()
     assert notes.exists()

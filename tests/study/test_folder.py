@@ -21,6 +21,7 @@ from designer.evaluate.limit import ImageBounds, arrangement_of, depth_error_lim
 from designer.evaluate.score import evaluate_design
 from designer.requirement import read_requirement, set_key
 from designer.study.folder import read_study, write_report, write_study
+from designer.study.manifest import settle
 from designer.study.progress import Progress
 from designer.study.record import least_limit_of
 from designer.study.row import frame_of
@@ -252,21 +253,10 @@ def test_stale_designs_are_removed(study, tmp_path):
     designs = tmp_path / "designs"
     designs.mkdir()
     (designs / "folded-ElEl-El-upper_outer.json").write_text("{}", encoding="utf-8")
+    settle(tmp_path, ["designs/folded-ElEl-El-upper_outer.json"])
     run_study(outcome.requirement, tmp_path, only=("direct-ElEl-upper_outer",))
-    assert list(designs.iterdir()) == []
+    assert not list(tmp_path.glob("designs/*"))
     assert [row["status"] for row in rows_of(tmp_path)] == ["impossible"]
-
-
-def test_no_report_and_no_figure_of_an_older_study_stays(study, tmp_path):
-    outcome, _, _ = study
-    (tmp_path / "figures").mkdir()
-    stale = [tmp_path / "study.pdf", *(tmp_path / "figures" / name for name in ("trade-height.svg", "check-raw-x.svg"))]
-    foreign = tmp_path / "figures" / "office.svg"
-    for path in (*stale, foreign):
-        path.write_text("older", encoding="utf-8")
-    run_study(outcome.requirement, tmp_path, only=("direct-ElEl-upper_outer",))
-    assert not [path for path in stale if path.exists()]
-    assert foreign.exists()
 
 
 def test_figures_that_a_report_listed_go_with_it_and_no_others(study, tmp_path):
@@ -301,6 +291,17 @@ def test_a_folder_of_version_0_1_is_understood(study, tmp_path):
 
 
 @pytest.mark.slow
+def test_a_folder_that_does_not_tell_of_the_scale_did_not_count_it(study, tmp_path):
+    _, folder, _ = study
+    older = tmp_path / "older"
+    shutil.copytree(folder, older)
+    text = (older / "requirement.toml").read_text(encoding="utf-8")
+    assert "scale_uncertainty_percent = 0.0\n" in text
+    (older / "requirement.toml").write_text(text.replace("scale_uncertainty_percent = 0.0\n", ""), encoding="utf-8")
+    assert read_study(older).requirement.scale_uncertainty_percent == 0.0
+    assert read_requirement(older / "requirement.toml").scale_uncertainty_percent == 0.02
+
+
 def test_two_processes_give_the_same_files_as_one(study, tmp_path):
     outcome, folder, _ = study
     run_study(outcome.requirement, tmp_path, jobs=2, only=ONLY)

@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from designer.design import read_design
+from designer.study.claim import LOCK
 from support import CONFIGS
 from support.shipped_problems import SHIPPED, toml_with_coarse_pixels
 
@@ -72,7 +73,9 @@ def assert_every_file_is_whole(folder: Path, complete: Path) -> None:
             assert path.read_text(encoding="utf-8").count("\n") == (complete / name).read_text(encoding="utf-8").count(
                 "\n"
             )
-    expected = {path.relative_to(complete) for path in complete.rglob("*") if path.is_file()}
+    expected = {
+        path.relative_to(complete) for path in complete.rglob("*") if path.is_file() and not path.name.startswith(".")
+    }
     found = {path.relative_to(folder) for path in visible}
     if (folder / "provenance.json").exists():
         assert {name for name in found if name.parts[0] != "checks"} == {
@@ -159,7 +162,7 @@ def test_termination_does_not_wait_for_the_running_solve(tmp_path):
     _, errors = process.communicate(timeout=120)
     assert time.monotonic() - terminated < 3.0
     assert (process.returncode, errors) == (143, "designer: terminated\n")
-    assert list(folder.iterdir()) == []
+    assert [path.name for path in folder.iterdir()] == [LOCK]
     deadline = time.monotonic() + 10
     while members(process.pid) and time.monotonic() < deadline:
         time.sleep(0.1)

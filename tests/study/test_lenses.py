@@ -12,7 +12,9 @@ import pytest
 from designer.files import InputError
 from designer.optimise.search import search
 from designer.requirement import Requirement, set_key
-from designer.study.folder import LENSES, read_study, write_study
+from designer.study.folder import read_study, write_study
+from designer.study.manifest import read_manifest
+from designer.study.names import LENSES
 from designer.study.run import run_study
 from designer.study.study import Study
 from support.shipped_problems import CONFIGURATIONS, shipped_requirement
@@ -92,13 +94,14 @@ def test_the_file_holds_what_the_study_knows_and_can_be_read_back(catalogue, tmp
     write_study(again, tmp_path)
     pd.testing.assert_frame_equal(pd.read_csv(tmp_path / LENSES), pd.read_csv(folder / LENSES))
     assert [row.is_chosen for row in again.lenses] == [False, True, False]
+    assert LENSES in (read_manifest(tmp_path) or {})
+    # A study with one lens leaves no table of an earlier one behind.
+    write_study(Study(study.requirement, study.rows, study.designs), tmp_path)
+    assert not (tmp_path / LENSES).exists()
     damaged = (folder / LENSES).read_text(encoding="utf-8").replace(f"{NAME},1,", f"{NAME},first,")
     (tmp_path / LENSES).write_text(damaged, encoding="utf-8")
     with pytest.raises(InputError, match=r"lenses\.csv: number = 'first': must be the number of a lens"):
         read_study(tmp_path)
-    # A study with one lens leaves no table of an earlier one behind.
-    write_study(Study(study.requirement, study.rows, study.designs), tmp_path)
-    assert not (tmp_path / LENSES).exists()
 
 
 def test_a_lens_without_a_name_has_its_number_and_one_that_a_rule_excludes_its_rule(tmp_path):

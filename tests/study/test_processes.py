@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import csv
 import json
+import os
+import signal
+import time
 from functools import partial
+from multiprocessing import forkserver
 from pathlib import Path
 
 import pytest
@@ -159,6 +163,21 @@ requirement = "base.toml"
 key = "baseline_mm"
 values = [96, 98]
 """
+
+
+@pytest.mark.parametrize("moment", ["before the first task", "between two tasks"])
+def test_a_server_of_processes_that_is_killed_is_replaced(moment):
+    done = []
+    with local_processes(2, "math") as processes:
+        if moment == "before the first task":
+            time.sleep(0.5)
+            os.kill(forkserver._forkserver._forkserver_pid, signal.SIGKILL)
+        for index, future in run_each(processes, time.sleep, [(0.2,)] * 5):
+            if not done and moment == "between two tasks":
+                os.kill(forkserver._forkserver._forkserver_pid, signal.SIGKILL)
+            assert future.result() is None
+            done.append(index)
+    assert sorted(done) == [0, 1, 2, 3, 4]
 
 
 def test_a_sweep_whose_processes_die_for_ever_ends_in_one_line(tmp_path, monkeypatch):

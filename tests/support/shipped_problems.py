@@ -37,11 +37,14 @@ def variant_name(variant: Variant) -> str:
 
 @cache
 def shipped_requirement(name: str) -> Requirement:
-    """One of the requirements that come with the designer, with the noise and the stop of the paper.
+    """One of the requirements that come with the designer, with the noise and the stop of the paper, and a known scale.
 
     Geometry does not depend on them, and a predicted noise takes the optimiser half as long again.
     """
-    return set_key(set_key(requirement_as_shipped(name), "noise_px", 0.1), "camera.lens.f_number", 5.6)
+    requirement = requirement_as_shipped(name)
+    for key, value in (("noise_px", 0.1), ("scale_uncertainty_percent", 0), ("camera.lens.f_number", 5.6)):
+        requirement = set_key(requirement, key, value)
+    return requirement
 
 
 @cache

@@ -18,6 +18,17 @@ def studied_design(name: str) -> Design:
     return Design.model_validate(_RECORDS[NAMES.index(name)])
 
 
+_SHARP: list[dict[str, Any]] = json.loads((DATA / "sharp_designs.json").read_text(encoding="utf-8"))
+SHARP_NAMES = tuple(f"{record['requirement']}:{record['configuration']}" for record in _SHARP)
+"""Designs that studies found sharp through their own lens, best first: families, folding pairs, signs as above."""
+
+
+@cache
+def sharp_design(name: str) -> Design:
+    """The sharp design of that requirement and configuration."""
+    return Design.model_validate(_SHARP[SHARP_NAMES.index(name)])
+
+
 def with_coarse_pixels(design: Design, factor: int) -> Design:
     """The same optics over a sensor with fewer, larger pixels."""
     camera = design.camera

@@ -20,9 +20,11 @@ from support.closed_forms import (
     convex_ellipsoid_pair,
     direct_ellipsoid_pair,
     folded_hypl_hy,
+    half_tangent,
     paraboloid_pair,
     view_ranges,
 )
+from support.studied_designs import NAMES, studied_design
 
 BUILDERS = [folded_hypl_hy, convex_ellipsoid_pair, paraboloid_pair, direct_ellipsoid_pair]
 
@@ -57,6 +59,10 @@ def test_a_published_record_is_left_alone():
     assert as_traced(design) == (design, [])
 
 
+def test_an_image_circle_may_reach_the_corner_of_the_sensor():
+    assert record_problems(edited(folded_hypl_hy(), ("camera",), image_circle_radius_px=1000.0)) == []
+
+
 @pytest.mark.parametrize(
     ("part", "values", "words"),
     [
@@ -75,7 +81,11 @@ def test_a_published_record_is_left_alone():
         (("views", "upper"), {"viewpoint_mm": 110.0}, ("viewpoint (110 mm)", "10 mm", "at 100 mm")),
         (("views", "lower"), {"sense": "direct"}, ("0.0398725054, direct", "its mirrors give 0.0398725054, folded")),
         (("working_volume",), {"elevation_deg": [16.0, -16.0]}, ("working_volume.elevation_deg [16, -16]",)),
+        (("working_volume",), {"elevation_deg": [-90.5, 16.0]}, ("working_volume.elevation_deg [-90.5, 16]",)),
+        (("working_volume",), {"elevation_deg": [-16.0, 90.5]}, ("working_volume.elevation_deg [-16, 90.5]",)),
         (("working_volume",), {"distance_mm": [0.0, 5000.0]}, ("working_volume.distance_mm [0, 5000]",)),
+        (("views", "upper"), {"elevation_deg": [-90.5, 16.0]}, ("upper view: elevation_deg [-90.5, 16] is not",)),
+        (("views", "lower"), {"elevation_deg": [-18.0, 90.5]}, ("lower view: elevation_deg [-18, 90.5] is not",)),
     ],
 )
 def test_each_contradiction_is_named_with_both_values(part, values: dict[str, Any], words: tuple[str, ...]):
@@ -95,6 +105,25 @@ def test_a_wider_volume_is_traced_and_not_only_compared(volume):
         assert view.gaps_deg
     assert any("but the working volume needs" in problem for problem in verdict.problems)
     assert any("is not seen" in problem for problem in verdict.problems)
+
+
+@pytest.mark.parametrize(
+    ("name", "wider"),
+    [
+        ("sky_watch:folded-ElHy-Hy-upper_inner", (-6.0, 0.0)),
+        ("ceiling_watch:direct-HyHy-upper_outer", (0.0, 6.0)),
+    ],
+)
+def test_a_volume_wider_towards_the_horizon_is_traced(name, wider):
+    """Of views that look above it, or below it, alone."""
+    design = studied_design(name)
+    low, high = design.working_volume.elevation_deg
+    assert low * high > 0.0
+    volume = (low + wider[0], high + wider[1])
+    verdict = judge(edited(design, ("working_volume",), elevation_deg=list(volume)), whole_image=False)
+    needed = view_ranges(volume, design.working_volume.distance_mm, design.baseline_mm)
+    for view, (least, greatest) in zip((verdict.upper, verdict.lower), needed, strict=True):
+        assert view.asked_elevation_deg == pytest.approx((least, greatest), abs=1e-3)
 
 
 def test_a_nearer_volume_needs_more_of_both_views():
@@ -183,6 +212,30 @@ def test_swapped_zones_are_put_right():
     right, said = as_traced(wrong)
     assert right == design
     assert "zone is recorded as inner" in said[0]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_zones_of_studied_designs_are_believed_if_true_and_put_right_if_not(name):
+    design = studied_design(name)
+    assert as_traced(design) == (design, [])
+    zones = {view: record.zone for view, record in design.views.by_name.items()}
+    wrong = edited(edited(design, ("views", "upper"), zone=zones["lower"]), ("views", "lower"), zone=zones["upper"])
+    right, (said,) = as_traced(wrong)
+    assert right == design
+    assert f"zone is recorded as {zones['lower']} for the upper" in said
+
+
+@pytest.mark.parametrize("name", ["upper", "lower"])
+@pytest.mark.parametrize("ratio", [0.97, 1.03])
+def test_the_outer_zone_is_that_whose_middle_elevation_lies_farther_out(name, ratio):
+    design = folded_hypl_hy()
+    view, other = (design.views.by_name[one] for one in (name, "lower" if name == "upper" else "upper"))
+    # Half the pinhole angle of the other view's middle elevation, by the gain law; and ours a little off it.
+    reached = abs(other.gain) * half_tangent(sum(other.elevation_deg) / 2.0, other.sense)
+    from_axis = 2.0 * math.degrees(math.atan(ratio * reached / abs(view.gain)))
+    middle = from_axis - 90.0 if view.sense == "direct" else 90.0 - from_axis
+    right, _ = as_traced(edited(design, ("views", name), elevation_deg=[middle - 1.0, middle + 1.0]))
+    assert right.views.by_name[name].zone == ("outer" if ratio > 1.0 else "inner")
 
 
 def test_mirrors_without_a_single_viewpoint_say_so():

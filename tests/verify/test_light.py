@@ -8,10 +8,11 @@ import pytest
 from designer.design import Design
 from designer.evaluate.focus import focus_of_design
 from designer.optics.focus import chief_ray, light_path_of_design, light_width, reciprocal_along_ray
+from designer.optics.view import image_radius_slope
 from designer.trace.instrument import build_instrument
 from designer.trace.pencils import pupil_places, trace_bundles
 from designer.verify.light import arriving_share, other_view_share, view_light
-from support.closed_forms import folded_hypl_hy
+from support.closed_forms import folded_hypl_hy, half_tangent
 from support.studied_designs import NAMES, studied_design
 
 
@@ -48,6 +49,20 @@ def test_traced_blur_is_that_of_the_closed_form(name):
         np.testing.assert_allclose(light.blur_px, first, rtol=0.05, atol=0.5)
         assert (np.abs(light.blur_px / first - 1.0)[first > 2.0] < 0.05).all()
         np.testing.assert_allclose(light.elevations_deg, getattr(expected, view).elevations_deg)
+
+
+@pytest.mark.parametrize("name", NAMES[::3])
+def test_a_blur_in_the_scene_is_the_angle_that_it_spans_on_the_sensor(name):
+    """Pixels per degree at lowest, middle and highest elevation, by the slope of the gain law's image radius."""
+    design = studied_design(name)
+    for view_name, light in view_light(design).items():
+        view, camera = design.views.by_name[view_name], design.camera
+        low, high = view.elevation_deg
+        slopes = np.tan(np.radians([low, (low + high) / 2.0, high]))
+        per_radian = image_radius_slope(slopes, view.gain, camera.focal_length_mm, view.sense)
+        expected = np.abs(np.radians(per_radian)) / camera.pixel_pitch_mm
+        np.testing.assert_allclose(light.pixels_per_degree, expected, rtol=1e-6)
+        np.testing.assert_allclose(light.blur_deg, light.blur_px / expected[:, None], rtol=1e-6)
 
 
 @pytest.mark.parametrize("kept", [-0.6, 0.0, 0.4, 0.8])
@@ -137,6 +152,20 @@ def test_mixing_is_told_at_the_end_and_over_the_zone():
     assert upper.mixed_at_ends[0] > 0.02
     assert upper.mixed_at_ends[1] == 0.0
     assert 0.0 < upper.mixed_in_zone < upper.mixed_at_ends[0]
+    # Over the zone, by a thousand rings that are equally wide on the sensor and weigh by their area.
+    camera, instrument = design.camera, build_instrument(design)
+    paths = [instrument.path(view.path) for view in (design.views.upper, design.views.lower)]
+    ends = [
+        np.tan(2.0 * np.arctan(design.views.upper.gain * half_tangent(phi, "direct")))
+        for phi in design.views.upper.elevation_deg
+    ]
+    borders = np.linspace(*ends, 1001)
+    middles = (borders[1:] + borders[:-1]) / 2.0
+    own, other = other_view_share(
+        instrument, paths[0], paths[1], middles, pupil_places(camera.pupil_radius_mm, 6), 1.0 / camera.focus_distance_mm
+    )
+    expected = np.sum(middles * other) / np.sum(middles * (own + other))
+    assert upper.mixed_in_zone == pytest.approx(expected, rel=0.03)
 
 
 def test_a_view_that_its_mirrors_cannot_show_has_no_light():
@@ -148,3 +177,12 @@ def test_a_view_that_its_mirrors_cannot_show_has_no_light():
     assert light.stopped_by[2, 0] == "direct"
     assert np.isnan(light.blur_px[2]).all()
     assert np.isnan(light.mixed_in_zone)
+
+
+def test_light_that_finds_no_way_has_missed_the_first_mirror():
+    design = studied_design("indoor_robot:folded-HyPl-Hy-upper_outer")
+    lower = design.views.lower.model_copy(update={"elevation_deg": (-89.0, 0.0)})
+    light = view_light(design.model_copy(update={"views": design.views.model_copy(update={"lower": lower})}))["lower"]
+    assert light.arrives[0].tolist() == [0.0, 0.0]
+    assert np.isnan(light.blur_px[0]).all()
+    assert (light.stopped_by[0] == "secondary").all()

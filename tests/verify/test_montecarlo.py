@@ -70,6 +70,13 @@ def test_measured_depth_error_agrees_with_second_order_where_first_order_fails(b
     assert measured.rms > 1.02 * first_order(design, noise_px)
 
 
+def test_the_standard_error_is_the_spread_from_seed_to_seed():
+    found = [depth_error_monte_carlo(folded_hypl_hy(), samples=1000, seed=seed, noise_px=0.1) for seed in range(60)]
+    spread = np.std([one.rms for one in found], ddof=1)
+    # Of sixty values a standard deviation is known to a tenth.
+    assert np.mean([one.rms_standard_error for one in found]) == pytest.approx(spread, rel=0.3)
+
+
 def test_measured_depth_error_at_given_distances():
     design = folded_hypl_hy()
     distances = np.array([1000.0, 2200.0, 5000.0])

@@ -21,6 +21,7 @@ from designer.design import Design
 from designer.imaging.endtoend.bands import Band, Mask, judge_bands
 from designer.imaging.endtoend.noise import Noise, calibrate_noise, contrast_in, error_per_pixel, record, true_points
 from designer.imaging.images import Image
+from designer.imaging.render.camera_rays import refuse_too_large
 from designer.imaging.render.detector import Detector
 from designer.imaging.render.lens import Lens
 from designer.imaging.render.scenes.library import build_world, calibration_world
@@ -140,8 +141,9 @@ def check_design(design: Design, options: CheckOptions = DEFAULT_OPTIONS) -> End
     Raises
     ------
     InputError
-        There is no such scene or texture.
+        There is no such scene or texture, or the camera has too many pixels.
     """
+    refuse_too_large(design.camera.width_px, design.camera.height_px)
     near, far = design.working_volume.distance_mm
     world = build_world(options.scene, design, options.texture, options.seed)
     rig = build_rig(

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.design import Camera, Design
+from designer.files import InputError
 from designer.imaging.render.lens import Pupil
 from designer.trace.aiming import widest_pinhole_angle
 from designer.trace.bundles import elevation_angles, pinhole_directions
@@ -18,6 +19,19 @@ from designer.trace.first_hit import Status, trace_first_hits
 from designer.trace.instrument import Instrument
 
 Array = NDArray[np.float64]
+
+
+MOST_PIXELS = 250_000_000
+"""More than any sensor for visible light has; a check takes some 150 bytes for each."""
+
+
+def refuse_too_large(width_px: int, height_px: int) -> None:
+    """Raise InputError if an image of this size cannot be rendered."""
+    if width_px * height_px > MOST_PIXELS:
+        raise InputError(
+            f"a camera of {width_px} x {height_px} pixels is too large to render: at most {MOST_PIXELS / 1e6:g} "
+            "megapixels are allowed"
+        )
 
 
 def sample_places(

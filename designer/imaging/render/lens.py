@@ -80,8 +80,8 @@ def pupil_of(camera: Camera) -> Pupil:
 def describe_lens(camera: Camera) -> str:
     """The lens in words: its engraved focal length, f-number, and focus distance from the entrance pupil."""
     nominal = 2.0 * camera.pupil_radius_mm * camera.f_number
-    focus = f"{camera.focus_distance_mm:g} mm" if camera.focus_distance_mm else "infinity"
-    return f"a lens of {nominal:.4g} mm, f/{camera.f_number:g}, focused at {focus}"
+    focus = f"{camera.focus_distance_mm:.4g} mm" if camera.focus_distance_mm else "infinity"
+    return f"a lens of {nominal:.4g} mm, f/{camera.f_number:.3g}, focused at {focus}"
 
 
 def working_f_number(camera: Camera) -> float:

@@ -14,7 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.design import Camera, Design
-from designer.imaging.render.camera_rays import angular_spacing, on_sensor, ray_directions, sample_places
+from designer.imaging.render.camera_rays import (
+    angular_spacing,
+    on_sensor,
+    ray_directions,
+    refuse_too_large,
+    sample_places,
+)
 from designer.imaging.render.full_aperture import render_full_aperture
 from designer.imaging.render.lens import LOSSLESS, Lens, Pupil, pupil_of
 from designer.imaging.render.passage import BLACK_PARTS_RADIANCE
@@ -97,7 +103,13 @@ def render_all(
     lens
         Loss of light at mirrors and towards the rim of the image, and diffraction (through the pupil only). Without
         it no light is lost and nothing is diffracted.
+
+    Raises
+    ------
+    InputError
+        The camera has too many pixels.
     """
+    refuse_too_large(design.camera.width_px, design.camera.height_px)
     if aperture:
         return render_full_aperture(design, worlds, samples, lens or LOSSLESS, seed)
     camera = design.camera

@@ -160,7 +160,7 @@ def match(
     Raises
     ------
     InputError
-        The panoramas have fewer rows than the window.
+        The panoramas have fewer rows than the window, or than semi-global matching needs.
     """
     if grid.rows < options.window:
         raise InputError(
@@ -254,7 +254,13 @@ def _semi_global(
     with ThreadPoolExecutor(options.threads) as pool:
         forward = pool.submit(disparities_of, wide[0], wide[1], search.lowest)
         backward = pool.submit(disparities_of, wide[1], wide[0], -(search.lowest + count - 1))
-        disparities, reverse = forward.result(), -backward.result()
+        try:
+            disparities, reverse = forward.result(), -backward.result()
+        except cv2.error:
+            raise InputError(
+                f"--columns {grid.columns}: semi-global matching needs panoramas higher than {grid.rows} px for "
+                f"{len(search.spans)} disparities: use more columns, greater --distance-mm, or --matcher sad"
+            ) from None
     margin = AZIMUTH_PADDING - options.window // 2
     needed = slice(margin, len(upper) - margin)
     columns = slice(AZIMUTH_PADDING, -AZIMUTH_PADDING)

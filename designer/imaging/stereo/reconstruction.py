@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from designer.design import Design
-from designer.evaluate.depth import noise_mm_of, point_covariance, stereo_pair_of
+from designer.evaluate.depth import depth_shift_per_scale, noise_mm_of, point_covariance, stereo_pair_of
 from designer.imaging.images import Image
 from designer.imaging.stereo.panorama import PanoramaGrid
 from designer.imaging.stereo.placement import Floats
@@ -131,6 +131,13 @@ def reconstruct(
         rows=rows,
         columns=columns,
     )
+
+
+def depth_shifts_per_scale(design: Design, cloud: PointCloud) -> Floats:
+    """Relative depth shift of each point per relative error of the image's scale: systematic, not in its deviations."""
+    distance = np.hypot(*cloud.positions_mm[:, :2].T)
+    slope = (cloud.positions_mm[:, 2] - design.views.middle_mm) / distance
+    return np.asarray(depth_shift_per_scale(stereo_pair_of(design), slope, distance))
 
 
 def _red_green_blue(image: Image) -> Image:

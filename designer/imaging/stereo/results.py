@@ -31,7 +31,7 @@ from designer.imaging.stereo.matching import ACCURATE_OPTIONS, Matcher, Matches,
 from designer.imaging.stereo.panorama import DEFAULT_COLUMNS, Sampling
 from designer.imaging.stereo.placement import ImagePlacement
 from designer.imaging.stereo.ply import write_ply
-from designer.imaging.stereo.reconstruction import PointCloud
+from designer.imaging.stereo.reconstruction import PointCloud, depth_shifts_per_scale
 from designer.imaging.stereo.rig import StereoRig, build_rig, match_image, panoramas, point_cloud
 from designer.notebook_html import html_table, percent
 
@@ -78,6 +78,15 @@ class StereoResult:
     cloud: PointCloud
     plan: FloorPlan
 
+    @property
+    def depth_shift(self) -> tuple[float, float] | None:
+        """Median and largest relative depth shift of the points, per relative error of the image's scale.
+
+        Systematic: the points' standard deviations leave it out. None without points.
+        """
+        shifts = np.abs(depth_shifts_per_scale(self.rig.design, self.cloud))
+        return (float(np.median(shifts)), float(shifts.max())) if len(shifts) else None
+
     def _repr_html_(self) -> str:
         dropped = {name: part for name, part in self.matches.fractions.items() if name != "kept" and part > 0}
         rows = [
@@ -112,7 +121,6 @@ def process(rig: StereoRig, raw: Image, request: StereoRequest) -> StereoResult:
     )
     matches = match_image(rig, raw, options)
     pair = panoramas(rig, raw)
-    # The points are coloured by the panorama that is written beside them.
     cloud = point_cloud(rig, raw, matches, request.noise_px, colours=pair["upper"])
     plan = floor_plan(cloud, request.slab_mm or heights_at_every_distance(rig.design), rig.search.distances_mm[1])
     return StereoResult(rig, pair["upper"], pair["lower"], matches, cloud, plan)
@@ -186,6 +194,7 @@ def _summary(
         "outcomes": result.matches.fractions,
         "median_distance_mm": float(np.nanmedian(result.matches.distances_mm)) if known else None,
         "median_relative_sigma_distance": float(np.median(relative)) if known else None,
+        "depth_shift_per_scale": {"median": shift[0], "largest": shift[1]} if (shift := result.depth_shift) else None,
         "depth_png_unit_mm": unit_mm,
         "distances_mm": list(result.rig.search.distances_mm),
         "floor_plan": {"heights_mm": list(result.plan.heights_mm), "extent_mm": result.plan.extent_mm},

@@ -154,16 +154,15 @@ def match_image(rig: StereoRig, raw: Image, options: MatchingOptions = DEFAULT_O
 def point_cloud(
     rig: StereoRig, raw: Image, matches: Matches, noise_px: float | None = None, colours: Image | None = None
 ) -> PointCloud:
-    """The point cloud of matches, coloured by the upper panorama of the raw image.
+    """The point cloud of matches, coloured by the upper panorama of the raw image, equalised if the rig is.
 
     Parameters
     ----------
     noise_px
         Standard deviation of a coordinate in the raw image; the design's own by default.
     colours
-        The upper panorama that colours the points, if there is one already, equalised or not. By default it is
-        sampled bilinearly, so that the points are as sharp as the raw image, whatever they were matched in.
+        The upper one of the rig's :func:`panoramas` of the raw image, if it is there already.
     """
     if colours is None:
-        colours = panorama_of(scan_lines(raw, rig.tables["upper"]))
+        colours = panoramas(rig, raw)["upper"]
     return reconstruct(rig.design, rig.grid, matches.disparities, colours, noise_px)

@@ -65,6 +65,7 @@ def _performance_facts(row: Row) -> list[tuple[str, str]]:
         ("rms depth error", f"{rms} %"),
         ("worst depth error", f"{worst} %"),
         ("to second order", _second_order_words(row)),
+        ("0.1 % of image scale", _scale_words(row)),
         ("limit ratio", number(row.number("limit_ratio"), 4)),
         ("lowest limit", _least_limit_words(row)),
         ("first stage only", f"{first_stage} %, {height} mm tall, {diameter} mm wide"),
@@ -80,6 +81,14 @@ def _least_limit_words(row: Row) -> str:
         row.number(f"least_limit_{key}") for key in ("baseline_mm", "principal_distance_mm")
     )
     return f"{percent(row.least_limit)} %, at b = {number(baseline, 1)} and f = {number(principal_distance, 2)} mm"
+
+
+def _scale_words(row: Row) -> str:
+    """How far 0.1 percent of the image's scale shifts the depth; a dash, which is left out, of older tables."""
+    rms, worst = (row.number(f"depth_shift_per_scale{ending}") for ending in ("", "_worst"))
+    if rms is None or worst is None:
+        return DASH
+    return f"shifts the depth by {percent(0.001 * rms)} % rms, up to {percent(0.001 * worst)} %"
 
 
 def _second_order_words(row: Row) -> str:

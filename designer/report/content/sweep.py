@@ -63,7 +63,7 @@ def source(folder: Path, tables: SweepTables) -> str:
         sensitivity_section(folder, best, base.objective.minimise),
         "= Provenance\n",
         text(
-            f"Designer {about['version of designer']}, base requirement {base.name}, plan "
+            f"Designer {about['version of designer']}, base requirement {definition['requirement']}, plan "
             f"{definition['plan'].replace('_', ' ')}, seed {definition['seed']} of the plan and "
             f"{base.solve.seed} of the searches. Each point started from a neighbour's optimum along a fixed "
             "tree; each feasible design was traced over its required elevations. A design may have remained in its "

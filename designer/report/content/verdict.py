@@ -10,6 +10,7 @@ from designer.goals import GOALS
 from designer.report.content.lens import lens_sentences
 from designer.report.content.tables import percent
 from designer.report.typst.markup import literal, number, plain_number, text, typographic
+from designer.requirement import PREDICTED
 from designer.study.ranking import tied_with_best, ties_in_words, tolerance_in_words
 from designer.study.row import Row
 from designer.study.study import Study
@@ -74,17 +75,26 @@ def _build(winner: Row) -> str:
 
 
 def _accuracy(study: Study, winner: Row) -> str:
-    noise = plain_number(study.requirement.noise_px)
     worst = winner.number("depth_error_worst")
     ratio = winner.number("limit_ratio")
     sentence = f"Its rms depth error over the working volume is {percent(winner.number('depth_error_rms'))} %"
-    sentence += f" at {noise} px of noise"
+    sentence += f" at {_noise(study, winner)}"
+    if (scale := study.requirement.scale_uncertainty_percent) and winner.number("depth_shift_per_scale") is not None:
+        sentence += f" and {plain_number(scale)} % of image scale"
     sentence += f" (at worst {percent(worst)} %)" if worst is not None else ""
     if ratio is not None:
         sentence += f", {number(ratio, 3)} times the limit for any conic mirrors at its baseline and topology"
     if winner.least_limit is not None:
         sentence += f" (the limit at the best allowed baseline and focal length is {percent(winner.least_limit)} %)"
     return text(sentence + "." + _beyond_first_order(winner))
+
+
+def _noise(study: Study, winner: Row) -> str:
+    asked = study.requirement.noise_px
+    if asked != PREDICTED:
+        return f"{plain_number(asked)} px of noise"
+    equal = number(study.designs[winner.configuration].noise_px, 3)
+    return f"the predicted matching noise, which counts as much as {equal} px everywhere"
 
 
 def _beyond_first_order(winner: Row) -> str:

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from designer.design import Design
-from designer.evaluate.depth import FIRST_ORDER_BOUND, depth_error_map, second_order, stereo_pair_of
+from designer.evaluate.depth import FIRST_ORDER_BOUND, depth_error_map, noise_mm_of, second_order, stereo_pair_of
 from designer.report.figures.style import BLUE, GREEN, GREY, INK, VERMILLION, length_unit, new_figure
 from designer.verify.montecarlo import depth_error_by_distance
 
@@ -32,7 +32,7 @@ def draw_depth_error(design: Design, width_mm: float, height_mm: float) -> Figur
     The points are noisy projections traced at random elevations; the thick grey line is first order, rms over
     elevation, which they should meet as long as it stays below the honesty limit; beyond it second order is drawn too.
     """
-    noise_mm = design.noise_px * design.camera.pixel_pitch_mm
+    uncertainties = (noise_mm_of(design), design.scale_uncertainty)
     pair = stereo_pair_of(design)
     low, high = design.working_volume.elevation_deg
     near, far = design.working_volume.distance_mm
@@ -41,11 +41,11 @@ def draw_depth_error(design: Design, width_mm: float, height_mm: float) -> Figur
     figure = new_figure(width_mm, height_mm)
     axes = figure.add_subplot()
     for elevation, colour, style in ((low, VERMILLION, "--"), ((low + high) / 2, GREEN, "-."), (high, BLUE, "-")):
-        error = depth_error_map(pair, np.radians(elevation), distances, noise_mm)
+        error = depth_error_map(pair, np.radians(elevation), distances, *uncertainties)
         label = f"{elevation:g}°".replace("-", "−")
         axes.plot(distances / unit_mm, 100 * error, color=colour, linestyle=style, label=label, linewidth=1.0)
     elevations = np.radians(np.linspace(low, high, 33))[:, None]
-    errors = depth_error_map(pair, elevations, distances, noise_mm)
+    errors = depth_error_map(pair, elevations, distances, *uncertainties)
     rms = np.sqrt(np.mean(errors**2, axis=0))
     axes.plot(distances / unit_mm, 100 * rms, color=GREY, linewidth=2.6, alpha=0.5, label="rms", zorder=1)
     if rms.max() > FIRST_ORDER_BOUND:

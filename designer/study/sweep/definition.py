@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, StrictStr, field_validator, model_validator
 
-from designer.files import InputError
-from designer.requirement import Requirement, read_named_part, read_requirement, set_key
+from designer.files import InputError, shortened
+from designer.requirement import Requirement, index_in, read_named_part, read_requirement, set_key
 from designer.requirement.part import Part
 from designer.requirement.quantity import Quantity, refuse
 from designer.requirement.selection import nearest
@@ -220,15 +220,16 @@ def requirement_at(base: Requirement, coordinates: dict[str, float]) -> Requirem
 
 def _check_key(path: Path, base: Requirement, key: str) -> None:
     value: Any = base.model_dump()
+    named = f"{path}: axis.key = {shortened(repr(key))}"
     for part in key.split("."):
         if isinstance(value, dict) and part in value:
             value = value[part]
-        elif isinstance(value, list | tuple) and part.isdecimal() and int(part) < len(value):
-            value = value[int(part)]
+        elif isinstance(value, list | tuple) and (index := index_in(value, part)) is not None:
+            value = value[index]
         else:
             advice = f"; {nearest(part, tuple(value))}" if isinstance(value, dict) else ""
-            raise InputError(f"{path}: axis.key = {key!r}: the requirement has no such key ({part}){advice}")
+            raise InputError(f"{named}: the requirement has no such key ({shortened(repr(part)[1:-1])}){advice}")
     if key.partition(".")[0] == "solve":
-        raise InputError(f"{path}: axis.key = {key!r}: controls the computation and is not part of the requirement")
+        raise InputError(f"{named}: controls the computation and is not part of the requirement")
     if isinstance(value, bool) or not isinstance(value, int | float | tuple):
-        raise InputError(f"{path}: axis.key = {key!r}: not a numeric key")
+        raise InputError(f"{named}: not a numeric key")

@@ -54,6 +54,7 @@ def run_sweep(
     jobs: int = 1,
     workers: AbstractContextManager[Any] | None = None,
     progress: ProgressCallback | None = None,
+    tell: Callable[[str], None] | None = None,
 ) -> None:
     """Solve what is not yet in the folder's store, then write the tables.
 
@@ -69,11 +70,13 @@ def run_sweep(
         Where to run instead, such as a cluster.
     progress
         Called after each task.
+    tell
+        Called with a sentence if the store was emptied, or if finished tasks in it are damaged and computed again.
 
     Raises
     ------
     InputError
-        A point may not be asked, or the folder holds another sweep.
+        A point may not be asked, the folder holds another sweep, or its store is damaged beyond single tasks.
     StoreError
         The disk is full or the folder read-only; what is finished stays.
     LostProcessesError
@@ -87,7 +90,11 @@ def run_sweep(
         "version of designer": __version__,
     }
     with open_store(folder) as store:
+        if store.was_emptied and tell is not None:
+            tell(f"{store.path}: is empty; the sweep starts from the beginning")
         store.create(about, points)
+        if (damaged := store.remove_damaged()) and tell is not None:
+            tell(f"{store.path}: {damaged} finished task{'s' * (damaged > 1)} damaged; computing again")
         schedule = Schedule(points, len(chunks_of(base)), store.finished())
         if schedule:
             with workers or local_workers(jobs) as crew:

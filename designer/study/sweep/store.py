@@ -1,7 +1,8 @@
 """The store of a sweep: one SQLite file in its folder, written by one process, a task at a time, each whole or absent.
 
 Tables: ``points`` (number, parent, coordinates as JSON), ``tasks`` (one row for each finished task, with the warm
-starts of its children), ``results`` (one row for each point and configuration), ``about`` (what the sweep was).
+starts of its children and the checksum of all that it found), ``results`` (one row for each point and configuration),
+``about`` (what the sweep was, and the checksum of that).
 """
 
 from __future__ import annotations
@@ -19,6 +20,17 @@ from pydantic import JsonValue
 from designer.files import InputError, check_folder
 from designer.requirement import NOT_ASKED
 from designer.study.columns import SWEPT_COLUMNS
+from designer.study.sweep.checksums import (
+    CHECKSUM,
+    damaged_tasks,
+    has_checksums,
+    is_plan_whole,
+    plan_checksum,
+    readable_text,
+    state_of,
+    structural_damage,
+    task_checksum,
+)
 from designer.study.sweep.plan import Point
 from designer.study.sweep.point import TaskResult
 
@@ -27,17 +39,20 @@ _SQL_TYPES = {str: "TEXT", float: "REAL", int: "INTEGER", bool: "INTEGER"}
 RESULT_COLUMNS = {name: _SQL_TYPES[column.kind] for name, column in SWEPT_COLUMNS.items()}
 """Columns of ``results`` beside the point, in order; lengths in mm, errors as shares."""
 
-_COLUMNS_OF_TASKS = ["point", "chunk", "warm_starts", "seconds"]
+_COLUMNS_OF_TASKS = ["point", "chunk", "warm_starts", "seconds", CHECKSUM]
+_COLUMNS_OF_RESULTS = ["point", "chunk", *RESULT_COLUMNS]
+_START_AGAIN = "remove the file to start again, or choose another folder with --out"
 
 _SCHEMA = f"""
 CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE points (point INTEGER PRIMARY KEY, parent INTEGER, coordinates TEXT NOT NULL);
 CREATE TABLE tasks (
     point INTEGER NOT NULL REFERENCES points, chunk INTEGER NOT NULL, warm_starts TEXT NOT NULL, seconds REAL NOT NULL,
-    PRIMARY KEY (point, chunk)
+    {CHECKSUM} TEXT NOT NULL, PRIMARY KEY (point, chunk)
 );
 CREATE TABLE results (
-    point INTEGER NOT NULL REFERENCES points, {", ".join(f"{name} {kind}" for name, kind in RESULT_COLUMNS.items())},
+    point INTEGER NOT NULL REFERENCES points, chunk INTEGER NOT NULL,
+    {", ".join(f"{name} {kind}" for name, kind in RESULT_COLUMNS.items())},
     PRIMARY KEY (point, configuration)
 );
 """
@@ -50,9 +65,11 @@ class StoreError(OSError):
 class Store:
     """An open store. Use :func:`open_store`."""
 
-    def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
+    def __init__(self, path: Path, connection: sqlite3.Connection, was_emptied: bool) -> None:
         self.path = path
         self.connection = connection
+        self.was_emptied = was_emptied
+        """Whether the file was there but empty: truncated, or cut off before anything was solved."""
 
     def finished(self) -> set[tuple[int, int]]:
         """(point, chunk) of every finished task."""
@@ -68,6 +85,25 @@ class Store:
         found = self.connection.execute("SELECT COUNT(*) FROM results WHERE status = 'feasible'")
         return int(found.fetchone()[0])
 
+    def remove_damaged(self) -> int:
+        """Remove the tasks that are not as they were written, so that they run again; how many there were.
+
+        Raises
+        ------
+        InputError
+            The store is damaged beyond its tasks.
+        StoreError
+            It cannot be written.
+        """
+        try:
+            damaged = damaged_tasks(self.connection, _COLUMNS_OF_RESULTS)
+        except sqlite3.DatabaseError as error:
+            raise damaged_store(self.path, error) from None
+        with self._writing():
+            for table in ("results", "tasks") if damaged else ():
+                self.connection.executemany(f"DELETE FROM {table} WHERE point IS ? AND chunk IS ?", damaged)
+        return len(damaged)
+
     def add(self, point: int, chunk: int, result: TaskResult) -> None:
         """Write one finished task, whole or not at all.
 
@@ -76,57 +112,87 @@ class Store:
         StoreError
             The disk is full or has failed; the task is not in the store.
         """
-        columns = ["point", *RESULT_COLUMNS]
-        rows = [[point, *(row.values.get(name) for name in RESULT_COLUMNS)] for row in result.rows]
+        columns = _COLUMNS_OF_RESULTS
+        rows = [[point, chunk, *(row.values.get(name) for name in RESULT_COLUMNS)] for row in result.rows]
         with self._writing():
             self.connection.executemany(
                 f"INSERT INTO results ({', '.join(columns)}) VALUES ({', '.join('?' * len(columns))})", rows
             )
             self.connection.execute(
-                "INSERT INTO tasks VALUES (?, ?, ?, ?)", (point, chunk, result.warm_starts, result.seconds)
+                "INSERT INTO tasks VALUES (?, ?, ?, ?, '')", (point, chunk, result.warm_starts, result.seconds)
+            )
+            # Of the values as SQLite returns them, which is how they are verified.
+            checksum = task_checksum(self.connection, columns, point, chunk)
+            self.connection.execute(
+                f"UPDATE tasks SET {CHECKSUM} = ? WHERE point = ? AND chunk = ?", (checksum, point, chunk)
             )
 
     def create(self, about: dict[str, str], points: tuple[Point, ...]) -> None:
-        """Lay out an empty store, or make sure that it holds this very sweep, by whatever name.
+        """Lay out an empty store, or make sure that it holds this very sweep, by whatever name, undamaged.
 
         Raises
         ------
         InputError
-            It holds another sweep.
+            It holds another sweep, or is damaged beyond its tasks.
         StoreError
             It cannot be written.
         """
         try:
-            self._create(about, points)
-        except sqlite3.Error as error:
-            raise InputError(f"{self.path}: is not a sweep store: {error}") from None
+            if self.connection.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()[0]:
+                self._check(about, points)
+            else:
+                self._lay_out(about, points)
+        except StoreError:
+            raise
+        except (sqlite3.Error, KeyError) as error:
+            raise damaged_store(self.path, error) from None
 
-    def _create(self, about: dict[str, str], points: tuple[Point, ...]) -> None:
-        planned = [(point.number, point.parent, json.dumps(point.coordinates)) for point in points]
-        if self.connection.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()[0]:
-            known = dict(self.connection.execute("SELECT key, value FROM about"))
-            same = {
-                "plan of points": self.connection.execute("SELECT * FROM points ORDER BY point").fetchall() == planned,
-                "requirement": _asked(known["requirement"]) == _asked(about["requirement"]),
-                "version of designer": known["version of designer"] == about["version of designer"]
-                and not _has_other_columns(self.connection),
-            }
-            if not all(same.values()):
-                changed = " and ".join(key for key, is_same in same.items() if not is_same)
-                raise InputError(
-                    f"{self.path}: contains a sweep with a different {changed}; choose another folder with --out, or "
-                    f"remove the file to start again"
-                )
-            if known != about:
-                with self._writing():
-                    self.connection.executemany("UPDATE about SET value = ?2 WHERE key = ?1", about.items())
+    def _check(self, about: dict[str, str], points: tuple[Point, ...]) -> None:
+        self._mend_indices()
+        known = dict(self.connection.execute("SELECT key, value FROM about"))
+        if has_checksums(self.connection) and not is_plan_whole(self.connection):
+            raise damaged_store(self.path, "its plan is not as it was written")
+        same = {
+            "plan of points": self.connection.execute("SELECT * FROM points ORDER BY point").fetchall()
+            == _planned(points),
+            "requirement": _asked(known["requirement"]) == _asked(about["requirement"]),
+            "version of designer": known["version of designer"] == about["version of designer"]
+            and not _has_other_columns(self.connection),
+        }
+        if not all(same.values()):
+            changed = " and ".join(key for key, is_same in same.items() if not is_same)
+            raise InputError(f"{self.path}: contains a sweep with a different {changed}; {_START_AGAIN}")
+        if any(known[key] != value for key, value in about.items()):
+            with self._writing():
+                self.connection.executemany("UPDATE about SET value = ?2 WHERE key = ?1", about.items())
+                self._seal_plan()
+
+    def _mend_indices(self) -> None:
+        """Build damaged indices anew; what is wrong in the tables is found by the checksums."""
+        if damage := structural_damage(self.connection, with_indices=False):
+            raise damaged_store(self.path, damage)
+        if not structural_damage(self.connection):
             return
+        try:
+            self.connection.execute("REINDEX")
+        except sqlite3.OperationalError as error:
+            raise _not_written(self.path, error) from None
+        if damage := structural_damage(self.connection):
+            raise damaged_store(self.path, damage)
+
+    def _lay_out(self, about: dict[str, str], points: tuple[Point, ...]) -> None:
         with self._writing():
             # executescript would commit halfway.
             for statement in filter(str.strip, _SCHEMA.split(";")):
                 self.connection.execute(statement)
             self.connection.executemany("INSERT INTO about VALUES (?, ?)", about.items())
-            self.connection.executemany("INSERT INTO points VALUES (?, ?, ?)", planned)
+            self.connection.executemany("INSERT INTO points VALUES (?, ?, ?)", _planned(points))
+            self._seal_plan()
+
+    def _seal_plan(self) -> None:
+        self.connection.execute(
+            "INSERT OR REPLACE INTO about VALUES (?, ?)", (CHECKSUM, plan_checksum(self.connection))
+        )
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
@@ -137,14 +203,29 @@ class Store:
         except sqlite3.Error as error:
             if self.connection.in_transaction:
                 self.connection.rollback()
-            raise StoreError(
-                f"{self.path}: cannot be written: {error}; finished tasks are kept, and the same command resumes the "
-                f"sweep"
-            ) from None
+            # SQLite calls it an operational error if it is the disk's fault, not the file's.
+            if not isinstance(error, sqlite3.OperationalError):
+                raise damaged_store(self.path, error) from None
+            raise _not_written(self.path, error) from None
         except BaseException:
             if self.connection.in_transaction:
                 self.connection.rollback()
             raise
+
+
+def damaged_store(path: Path, why: object) -> InputError:
+    """What to say of a store that cannot be read."""
+    return InputError(f"{path}: is damaged, or is not a sweep store: {why}; {_START_AGAIN}")
+
+
+def _not_written(path: Path, error: sqlite3.Error) -> StoreError:
+    return StoreError(
+        f"{path}: cannot be written: {error}; finished tasks are kept, and the same command resumes the sweep"
+    )
+
+
+def _planned(points: tuple[Point, ...]) -> list[tuple[int, int | None, str]]:
+    return [(point.number, point.parent, json.dumps(point.coordinates)) for point in points]
 
 
 def _asked(requirement: str) -> dict[str, JsonValue]:
@@ -161,7 +242,7 @@ def _columns_of(connection: sqlite3.Connection, table: str) -> list[str]:
 
 def _has_other_columns(connection: sqlite3.Connection) -> bool:
     """Whether the tables are not those that this version writes."""
-    return _columns_of(connection, "results") != ["point", *RESULT_COLUMNS] or (
+    return _columns_of(connection, "results") != _COLUMNS_OF_RESULTS or (
         _columns_of(connection, "tasks") != _COLUMNS_OF_TASKS
     )
 
@@ -172,8 +253,8 @@ def _see_as_this_version(connection: sqlite3.Connection) -> None:
     What that version did not know is NULL, and there are no tasks: its warm starts are no designs of this version.
     """
     known = _columns_of(connection, "results")
-    columns = ", ".join(name if name in known else f"NULL AS {name}" for name in RESULT_COLUMNS)
-    connection.execute(f"CREATE TEMP VIEW results AS SELECT point, {columns} FROM main.results")
+    columns = ", ".join(name if name in known else f"NULL AS {name}" for name in _COLUMNS_OF_RESULTS)
+    connection.execute(f"CREATE TEMP VIEW results AS SELECT {columns} FROM main.results")
     nothing = ", ".join(f"NULL AS {name}" for name in _COLUMNS_OF_TASKS)
     connection.execute(f"CREATE TEMP VIEW tasks AS SELECT {nothing} WHERE 0")
 
@@ -204,12 +285,14 @@ def open_store(folder: Path) -> Iterator[Store]:
                 raise
             raise InputError(f"{path}: another process is working on this sweep") from None
         try:
+            was_emptied = path.is_file() and not path.stat().st_size
             connection = sqlite3.connect(path, isolation_level=None, timeout=30.0)
+            connection.text_factory = readable_text
             connection.execute("SELECT COUNT(*) FROM sqlite_master")
         except sqlite3.DatabaseError as error:
-            raise InputError(f"{path}: is not a sweep store: {error}") from None
+            raise damaged_store(path, error) from None
         try:
-            yield Store(path, connection)
+            yield Store(path, connection, was_emptied)
         finally:
             connection.close()
 
@@ -221,21 +304,51 @@ def read_store(folder: Path) -> Iterator[sqlite3.Connection]:
     Raises
     ------
     InputError
-        There is none.
+        There is none, it is damaged, or some of its tasks are.
     """
     path = folder / FILE_NAME
     if not path.is_file():
         raise InputError(f"{path}: there is no such sweep")
+    if not path.stat().st_size:
+        raise InputError(f"{path}: is empty: either nothing has been solved yet, or the file was truncated")
     # Not read-only: a write that was cut off is taken back first, by whoever opens the store next.
     connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode=rw", uri=True, timeout=30.0)
+    connection.text_factory = readable_text
     try:
         connection.execute("SELECT COUNT(*) FROM points")
+        _verify(connection, path)
         if not {"point", "configuration", "status"} <= set(_columns_of(connection, "results")):
             raise InputError(f"{path}: was written by another version of designer")
         if _has_other_columns(connection):
             _see_as_this_version(connection)
         yield connection
     except sqlite3.DatabaseError as error:
-        raise InputError(f"{path}: is not a sweep store: {error}") from None
+        raise damaged_store(path, error) from None
     finally:
         connection.close()
+
+
+_verified: dict[Path, tuple[int, int, int]] = {}
+"""The states in which stores were found undamaged: one read sentence by sentence is verified once."""
+
+
+def _verify(connection: sqlite3.Connection, path: Path) -> None:
+    state = state_of(path)
+    if _verified.get(path) == state or not has_checksums(connection):
+        return
+    connection.execute("BEGIN")  # so that tasks and results are of one moment
+    try:
+        if not is_plan_whole(connection):
+            raise damaged_store(path, "its plan is not as it was written")
+        damaged = damaged_tasks(connection, _columns_of(connection, "results"))
+        damage = structural_damage(connection, with_indices=False) if damaged else ""
+    finally:
+        connection.rollback()
+    if damage:
+        raise damaged_store(path, damage)
+    if damaged:
+        raise InputError(
+            f"{path}: {len(damaged)} finished task{'s are' if len(damaged) > 1 else ' is'} damaged; run the sweep "
+            f"again, which computes {'them' if len(damaged) > 1 else 'it'} anew"
+        )
+    _verified[path] = state

@@ -1,6 +1,7 @@
 """Rays against solids: closed forms against marching, boxes against meshes, and what scenes promise."""
 
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -299,3 +300,25 @@ def test_no_rays_meet_nothing_and_nothing_is_warned_of(prototype: Design) -> Non
     with np.errstate(all="raise"):
         hits = first_surfaces(build_world("office", prototype), none, none)
     assert hits.surface.size == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "kind"),
+    [
+        ("a.obj", b"v 1 2\xff\nf 1 2 3\n", "OBJ"),
+        ("a.stl", b"\x80\x81 garbage", "STL"),
+        ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 3\n\xff\xfe", "PLY"),
+    ],
+)
+@pytest.mark.parametrize("has_charset_normalizer", [True, False])
+def test_a_damaged_mesh_is_said_to_be_damaged(
+    name, content, kind, has_charset_normalizer, tmp_path, prototype, monkeypatch
+):
+    pytest.importorskip("trimesh")
+    if not has_charset_normalizer:
+        monkeypatch.setitem(sys.modules, "charset_normalizer", None)
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=f"damaged, or not a mesh of the format {kind}: |: is empty; a scene") as error:
+        build_world(str(path), prototype)
+    assert "No module" not in str(error.value)

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from designer import api
+from designer.files import InputError
 from designer.imaging.stereo.costs import UNSEARCHED, equiangular_fit, least_sums, sums_beside
 from designer.imaging.stereo.matching import MatchingOptions, MatchOutcome, search_range
 from designer.imaging.stereo.panorama import panorama_grid
@@ -271,3 +273,13 @@ def test_options_that_cannot_be():
     for window in (8, 17, -1):
         with pytest.raises(ValueError, match="window must be odd"):
             MatchingOptions(window=window)
+
+
+def test_a_search_that_leaves_semi_global_matching_no_room_is_refused():
+    design = coarse_prototype()
+    rig = api.stereo_rig(
+        design, columns=200, elevation_deg=(-4.976, 27.948), distances_mm=(10.0, 30.0), sampling="cylindrical"
+    )
+    image = np.zeros((design.camera.height_px, design.camera.width_px), np.uint8)
+    with pytest.raises(InputError, match="--columns 200: semi-global matching needs panoramas higher than"):
+        api.reconstruct(rig, image, matcher="semi_global")

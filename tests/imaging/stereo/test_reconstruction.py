@@ -11,6 +11,7 @@ from designer.imaging.stereo.placement import ImagePlacement
 from designer.imaging.stereo.ply import write_ply
 from designer.imaging.stereo.reconstruction import (
     PointCloud,
+    depth_shifts_per_scale,
     disparity_from_distance,
     distance_from_disparity,
     distance_map,
@@ -103,6 +104,20 @@ def test_points_lie_in_their_columns_and_carry_their_colours():
     heights = prototype().views.upper.viewpoint_mm + 2000.0 * grid.slope("upper", cloud.rows)
     np.testing.assert_allclose(cloud.positions_mm[:, 2], heights, atol=0.02)
     np.testing.assert_array_equal(cloud.colours, colours[cloud.rows, cloud.columns, ::-1])
+
+
+@pytest.mark.parametrize("signs", SIGNS)
+def test_the_systematic_shift_is_that_of_an_image_of_another_scale(signs):
+    design, larger = with_views(prototype(), signs), 1.0 + 1e-6
+    _, _, cloud = cloud_of(1500.0, [(300, 90)], design=design)
+    centre = np.array(design.camera.principal_point_px)
+    slopes = {}
+    for name, image in view_images(design).items():
+        u, v = centre + larger * (np.array(image.project(cloud.positions_mm[0])) - centre)
+        slopes[name] = image.direction_of(u, v)[0]
+    distance, _ = triangulate(slopes["lower"], slopes["upper"], design.views.lower.viewpoint_mm, design.baseline_mm)
+    shift = (distance / np.hypot(*cloud.positions_mm[0, :2]) - 1.0) / 1e-6
+    assert depth_shifts_per_scale(design, cloud) == pytest.approx([shift], rel=1e-4)
 
 
 @pytest.mark.parametrize("signs", SIGNS)

@@ -28,6 +28,7 @@ from designer.study.compare import compare
 from designer.study.sweep.store import FILE_NAME
 from designer.study.sweep.tables import pareto, read_sweep_results, requirement_of
 from designer.verify.judge import judge
+from support.sweep_stores import accept_edited_plan, forget_checksums
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -91,6 +92,7 @@ def test_each_point_ranks_by_its_own_tolerance(quick_sweep, tmp_path):
 def test_a_design_that_the_tracer_rejected_is_not_handed_out(finished_folder, tmp_path):
     folder = shutil.copytree(finished_folder, tmp_path / "out")
     name = api.read_sweep_folder(folder).winners["configuration"].iloc[0]
+    forget_checksums(folder)
     with sqlite3.connect(folder / FILE_NAME) as connection:
         connection.execute("UPDATE results SET status = 'failed' WHERE point = 0 AND configuration = ?", (name,))
     with pytest.raises(InputError, match="no feasible design at point 0"):
@@ -167,9 +169,11 @@ def test_the_report_prints_nothing_its_fonts_lack_and_says_so(finished_folder, t
         (definition,) = connection.execute("SELECT value FROM about WHERE key = 'definition'").fetchone()
         changed = json.dumps(json.loads(definition) | {"title": "Sweep 扫描 of two", "description": "Größe, 幅"})
         connection.execute("UPDATE about SET value = ? WHERE key = 'definition'", (changed,))
+    accept_edited_plan(folder)
     table = api.read_sweep_folder(folder)
     shown = sweep_report.legible(sweep_report.source(folder, tables_of(table.table, table.winners)))
     assert "Sweep … of two" in shown
+    assert "base requirement base.toml" in shown
     assert "Größe, …" in shown
     assert "report fonts do not contain some characters" in shown
     assert not missing_characters(shown)
@@ -297,6 +301,7 @@ def test_a_sweep_and_a_study_say_the_same_of_the_same_designs(finished_folder, u
 
 def test_a_store_of_another_layout_is_refused(finished_folder, tmp_path):
     folder = shutil.copytree(finished_folder, tmp_path / "out")
+    forget_checksums(folder)
     with sqlite3.connect(folder / FILE_NAME) as connection:
         connection.execute("ALTER TABLE results DROP COLUMN status")
     with pytest.raises(InputError, match="another version of designer"):

@@ -204,7 +204,7 @@ def test_a_full_disk_is_one_line(tiny, monkeypatch):
 
 
 def test_nothing_feasible_is_a_table_without_a_report(tiny, tmp_path):
-    (tmp_path / "tiny.toml").write_text(TINY + '[[axis]]\nkey = "envelope.height_mm"\nvalues = [60]\n')
+    (tmp_path / "tiny.toml").write_text(TINY + '[[axis]]\nkey = "envelope.height_mm"\nvalues = [110]\n')
     result = invoke("sweep", tiny, "--jobs", 1)
     assert result.exit_code == 0
     assert "2 configuration problems: 2 infeasible" in result.stdout
@@ -224,7 +224,8 @@ def test_comparing_prints_what_was_asked_who_won_and_the_scores(tiny, tmp_path):
     assert "Winners: 0 of 2 have a different configuration in B." in lines
     first, second = (read_sweep_results(tmp_path / folder)["depth_error_rms"] for folder in "ab")
     median = 100 * (second - first).median()
-    assert next(line for line in lines if line.startswith("depth error")).split()[2:4] == [f"{median:+.4g}", "%"]
+    changes = next(line for line in lines if line.startswith("depth error"))
+    assert changes.split()[2:5] == [f"{median:+.4g}", "percentage", "points"]
 
 
 def test_comparing_refuses_in_a_line(tiny, tmp_path):

@@ -92,7 +92,11 @@ def read_mesh(path: Path, origin: Point) -> TriangleMesh:
         mesh = trimesh.load(path, force="mesh")
     except Exception as error:
         # Each format's parser has failures of its own kind; for a person they are one: this file is no use.
-        raise InputError(f"{path}: not a mesh that trimesh can read: {' '.join(str(error).split())}") from None
+        # It looks for further libraries once the file has turned out to be no ordinary one.
+        is_library = isinstance(error, ImportError)
+        reason = "neither binary data of this format nor UTF-8 text" if is_library else " ".join(str(error).split())
+        kind = path.suffix.removeprefix(".").upper()
+        raise InputError(f"{path}: damaged, or not a mesh of the format {kind}: {reason}") from None
     if len(mesh.faces) == 0 or not np.isfinite(mesh.vertices).all():
         raise InputError(f"{path}: is empty; a scene needs at least one triangle with finite corners")
     greys = _greys(mesh)

@@ -1,0 +1,96 @@
+"""Checksums of a sweep's store: one for each finished task, one for the plan, so that damage is never read as a result.
+
+SQLite notices damage to its own structures only; a bit that flips within a number gives another number.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sqlite3
+from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
+
+TaskName = tuple[object, object]
+"""(point, chunk), as the store holds it: whole numbers unless damaged."""
+
+CHECKSUM = "sha256"
+
+
+def sha256_of(value: object) -> str:
+    """A hash of plain values, which distinguishes any two that SQLite does."""
+    return hashlib.sha256(ascii(value).encode("ascii")).hexdigest()
+
+
+def task_checksum(connection: sqlite3.Connection, columns: Sequence[str], point: int, chunk: int) -> str:
+    """The checksum of a task that is in the store."""
+    rows = connection.execute(
+        f"SELECT {', '.join(columns)} FROM results WHERE point = ? AND chunk = ? ORDER BY configuration", (point, chunk)
+    ).fetchall()
+    (task,) = connection.execute(
+        "SELECT point, chunk, warm_starts, seconds FROM tasks WHERE point = ? AND chunk = ?", (point, chunk)
+    ).fetchall()
+    return sha256_of((task, sha256_of(rows)))
+
+
+def damaged_tasks(connection: sqlite3.Connection, columns: Sequence[str]) -> list[TaskName]:
+    """The tasks of which anything in the store is not as it was written; results without their task are among them."""
+    # Not by an index, which may be damaged where the table is not: hence the plus signs.
+    found = connection.execute(
+        f"SELECT {', '.join(columns)} FROM results NOT INDEXED ORDER BY +point, +chunk, +configuration"
+    )
+    place = columns.index("point"), columns.index("chunk")
+    rows = {
+        name: sha256_of(list(group)) for name, group in groupby(found, key=lambda row: (row[place[0]], row[place[1]]))
+    }
+    nothing = sha256_of([])
+    names: dict[TaskName, None] = dict.fromkeys(rows)
+    whole: set[TaskName] = set()
+    for *task, checksum in connection.execute(
+        f"SELECT point, chunk, warm_starts, seconds, {CHECKSUM} FROM tasks NOT INDEXED"
+    ):
+        name = (task[0], task[1])
+        names[name] = None
+        if checksum == sha256_of((tuple(task), rows.get(name, nothing))):
+            whole.add(name)
+    return [name for name in names if name not in whole]
+
+
+def plan_checksum(connection: sqlite3.Connection) -> str:
+    """The checksum of what a store says about its sweep: requirement, points, layout of the tables."""
+    about = connection.execute("SELECT key, value FROM about WHERE key <> ? ORDER BY key", (CHECKSUM,)).fetchall()
+    points = connection.execute("SELECT point, parent, coordinates FROM points ORDER BY point").fetchall()
+    layout = connection.execute("SELECT type, name, sql FROM sqlite_master ORDER BY type, name").fetchall()
+    return sha256_of((about, points, layout))
+
+
+def has_checksums(connection: sqlite3.Connection) -> bool:
+    """Whether a store was written with checksums; either trace of them is enough."""
+    columns = [name for _, name, *_ in connection.execute("PRAGMA table_info(tasks)")]
+    return CHECKSUM in columns or bool(
+        connection.execute("SELECT COUNT(*) FROM about WHERE key = ?", (CHECKSUM,)).fetchone()[0]
+    )
+
+
+def is_plan_whole(connection: sqlite3.Connection) -> bool:
+    """Whether what a store says about its sweep is as it was written."""
+    found = connection.execute("SELECT value FROM about WHERE key = ?", (CHECKSUM,)).fetchone()
+    return found is not None and found[0] == plan_checksum(connection)
+
+
+def structural_damage(connection: sqlite3.Connection, with_indices: bool = True) -> str:
+    """What SQLite finds wrong with the structure of a store, in its own words; empty if nothing."""
+    check = "integrity_check" if with_indices else "quick_check"
+    problems = [str(row[0]) for row in connection.execute(f"PRAGMA {check}(1)")]
+    return "" if problems == ["ok"] else " ".join(" ".join(problems).split())
+
+
+def state_of(path: Path) -> tuple[int, int, int]:
+    """Inode, size and time of the last change of a store: what differs once it has been written to."""
+    found = path.stat()
+    return found.st_ino, found.st_size, found.st_mtime_ns
+
+
+def readable_text(data: bytes) -> str:
+    """Text of a store, also where damage has left no UTF-8."""
+    return data.decode("utf-8", "surrogateescape")
