@@ -15,7 +15,7 @@ from contextlib import suppress
 from pathlib import Path, PurePosixPath
 
 from designer.files import InputError, read_text, write_atomically
-from designer.study.names import FIGURE_LIST, FIGURES, PROVENANCE, RESULTS, figure_name, names_of_study
+from designer.study.names import FIGURE_LIST, FIGURES, LENSES, PROVENANCE, RESULTS, figure_name, names_of_study
 
 MANIFEST = "manifest.json"
 Manifest = dict[str, str | None]
@@ -158,7 +158,9 @@ def _manifest_of_tables(folder: Path) -> Manifest | None:
         return None
     if not isinstance(provenance, dict) or not {"designer", "solvers"} <= provenance.keys():
         return None
-    names = [*names_of_study(configurations), *map(figure_name, _figures_of_tables(folder, configurations))]
+    # Those versions wrote no table of lenses.
+    of_study = [name for name in names_of_study(configurations) if name != LENSES]
+    names = [*of_study, *map(figure_name, _figures_of_tables(folder, configurations))]
     return {name: _sha256(folder / name) for name in names if _is_inside(name) and (folder / name).is_file()}
 
 

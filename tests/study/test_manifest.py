@@ -125,6 +125,18 @@ def test_what_was_changed_stays_and_is_named_before_the_work(name: str, tmp_path
     assert files_of(tmp_path)[name] == before[name]
 
 
+@pytest.mark.parametrize("age", [lambda folder: None, forget_manifest])
+def test_a_table_of_lenses_that_no_study_wrote_is_in_the_way(age: Callable[[Path], None], tmp_path: Path) -> None:
+    write_study(study_of(NAME), tmp_path)
+    (tmp_path / "lenses.csv").write_text("mine", encoding="utf-8")
+    age(tmp_path)
+    message = "lenses.csv: not written by the study, or changed since; move it away"
+    with pytest.raises(InputError, match=message), claimed(tmp_path, names_of_study([NAME])):
+        pass
+    write_study(study_of(NAME), tmp_path)
+    assert (tmp_path / "lenses.csv").read_text(encoding="utf-8") == "mine"
+
+
 def test_a_changed_design_that_no_study_writes_again_stays(tmp_path: Path) -> None:
     write_study(study_of(NAME), tmp_path)
     (tmp_path / "designs" / f"{NAME}.json").write_text("changed", encoding="utf-8")
