@@ -12,14 +12,19 @@ import pytest
 
 from designer.design import Design
 from designer.optimise.constraints import SHEET_MARGIN, SHORTEST_VERTEX_DISTANCE_MM, Constraint, constraints_of
-from designer.optimise.problem import Problem
+from designer.optimise.problem import Problem, evaluate
 from designer.optimise.system import put_together
+from designer.optimise.variables import with_principal_distance
+from designer.optimise.variants import enumerate_variants
 from designer.requirement import Requirement
 from designer.trace.bundles import elevation_angles, pinhole_directions
 from designer.trace.instrument import build_instrument, sag
 from designer.trace.pencils import DISC_RMS_PER_DIAMETER, trace_bundles
 from designer.trace.sequential import trace_sequential
+from designer.verify.judge import judge
 from support.shipped_problems import (
+    CHIEF_RAYS_ALONE,
+    CONFIGURATIONS,
     VARIANTS,
     Array,
     at,
@@ -267,3 +272,40 @@ def test_fixed_numbers_are_missed_by_what_the_design_differs_from_them(variant):
             found = constraints_of(system, fixed)[rules:]
             assert all(item.equality and item.kind == "fixed" for item in found)
             assert {item.name: number(item.value) for item in found} == pytest.approx(sizes, rel=1e-7, abs=1e-8)
+
+
+def test_a_check_names_every_violation_in_its_own_unit():
+    (variant,) = enumerate_variants(CONFIGURATIONS["folded-HyPl-Hy-upper_outer"])
+    problem = problem_of(shipped_requirement("indoor_robot"), variant)
+    values = random_designs(problem, 200, seed=1, f_number=CHIEF_RAYS_ALONE)
+    evaluation = evaluate(problem, enclosed(problem, values))
+    assert len(evaluation.names) == len(evaluation.units) == len(evaluation.amounts) == len(evaluation.violations)
+    assert set(evaluation.units) <= {"mm", "px", "deg", "(a ratio)", "(in the gain)"}
+    finite = np.isfinite(evaluation.amounts).all(axis=0)
+    failing = evaluation.amounts[:, finite] < 0.0
+    assert ((evaluation.violations[:, finite] > 0.0) == failing).all()
+
+
+def test_light_must_travel_forwards():
+    """Lines meet a primary above its secondary too: all else is kept, and the tracer sees nothing."""
+    requirement = shipped_requirement("sky_watch")
+    (variant,) = enumerate_variants(CONFIGURATIONS["folded-HyPl-Hy-upper_outer"])
+    problem = problem_of(requirement, variant)
+    backwards = {
+        "baseline": 60.0,
+        "focal_length": 12.0,
+        "reciprocal_focus": 1.0 / 150.0,
+        "f_number": CHIEF_RAYS_ALONE,
+        "lower_viewpoint": 130.51498510854924,
+        "lower_gain": 0.04626006806991695,
+        "upper_gain": 0.03673565377855876,
+        "secondary_height": 127.34634883977473,
+        "secondary_inverse_gain": 1.0,
+    }
+    values = with_principal_distance({name: np.array([value]) for name, value in backwards.items()})
+    evaluation = evaluate(problem, enclosed(problem, values))
+    failing = {
+        name for name, amount in zip(evaluation.names, evaluation.violations[:, 0], strict=True) if amount > 1e-6
+    }
+    assert failing == {"primary below the secondary"}
+    assert not judge(design_record(requirement, problem, values)).passed

@@ -14,9 +14,8 @@ from designer.design import Design
 from designer.optics.clearance import pair_up, separations
 from designer.optics.view import elevation_tangents_of_views
 from designer.optimise.impossibility import why_fixed_conflicts, why_impossible
-from designer.optimise.problem import evaluate
 from designer.optimise.specification import specification_of
-from designer.optimise.variables import free_ranges, with_principal_distance
+from designer.optimise.variables import free_ranges
 from designer.optimise.variants import Variant, enumerate_variants
 from designer.requirement import Requirement, set_key
 from designer.requirement.coherence import check_fixed_numbers
@@ -24,7 +23,6 @@ from designer.trace.aiming import widest_pinhole_angle
 from designer.trace.bundles import elevation_angles, pinhole_directions
 from designer.trace.instrument import build_instrument
 from designer.trace.sequential import trace_sequential
-from designer.verify.judge import judge
 from support.shipped_problems import (
     CHIEF_RAYS_ALONE,
     CONFIGURATIONS,
@@ -375,38 +373,3 @@ def numbers_of(variant, system, values):
         viewpoint = values["lower_viewpoint"][0] + (values["baseline"][0] if view == "upper" else 0.0)
         views[view] = {"viewpoint_mm": float(viewpoint), "gain": float(values[f"{view}_gain"][0])}
     return mirrors, views
-
-
-def test_a_check_names_every_violation_in_its_own_unit():
-    problem = problem_of(shipped_requirement("indoor_robot"), variant_called("folded-HyPl-Hy-upper_outer"))
-    values = random_designs(problem, 200, seed=1, f_number=CHIEF_RAYS_ALONE)
-    evaluation = evaluate(problem, put_together(problem, values))
-    assert len(evaluation.names) == len(evaluation.units) == len(evaluation.amounts) == len(evaluation.violations)
-    assert set(evaluation.units) <= {"mm", "px", "deg", "(a ratio)", "(in the gain)"}
-    finite = np.isfinite(evaluation.amounts).all(axis=0)
-    failing = evaluation.amounts[:, finite] < 0.0
-    assert ((evaluation.violations[:, finite] > 0.0) == failing).all()
-
-
-def test_light_must_travel_forwards():
-    """Lines meet a primary above its secondary too: all else is kept, and the tracer sees nothing."""
-    requirement = shipped_requirement("sky_watch")
-    problem = problem_of(requirement, variant_called("folded-HyPl-Hy-upper_outer"))
-    backwards = {
-        "baseline": 60.0,
-        "focal_length": 12.0,
-        "reciprocal_focus": 1.0 / 150.0,
-        "f_number": CHIEF_RAYS_ALONE,
-        "lower_viewpoint": 130.51498510854924,
-        "lower_gain": 0.04626006806991695,
-        "upper_gain": 0.03673565377855876,
-        "secondary_height": 127.34634883977473,
-        "secondary_inverse_gain": 1.0,
-    }
-    values = with_principal_distance({name: np.array([value]) for name, value in backwards.items()})
-    evaluation = evaluate(problem, put_together(problem, values))
-    failing = {
-        name for name, amount in zip(evaluation.names, evaluation.violations[:, 0], strict=True) if amount > 1e-6
-    }
-    assert failing == {"primary below the secondary"}
-    assert not judge(design_record(requirement, problem, values)).passed
