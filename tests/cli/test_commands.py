@@ -91,7 +91,7 @@ def test_a_study_goes_to_reports_and_ends_with_the_ranking(asked: Path, calls: C
     assert result.stderr.splitlines() == [
         "[1/2] direct-HyHy-upper_outer: infeasible (0 feasible so far, 2 s left)",
         "[2/2] folded-HyPl-Hy-upper_outer: feasible (1 feasible so far, 0 s left)",
-        "Checking the best design end to end, 10 to 30 s per design ...",
+        "Checking the best design end to end, 15 to 60 s per design ...",
         "[1/1] folded-HyPl-Hy-upper_outer: passes the end-to-end check (12 s)",
         "Typesetting study.pdf ...",
         "study.pdf: the fonts lack characters of title",
@@ -265,7 +265,7 @@ def test_an_image_circle_beyond_the_sensor_is_noted_with_what_it_loses(asked: Pa
 
 def test_the_time_of_checks_follows_the_number_of_pixels(asked: Path, calls: Calls) -> None:
     text = asked.read_text(encoding="utf-8")
-    for width, height, told in ((1600, 1200, "10 to 30 s"), (6400, 4800, "3 min to 8 min"), (160, 120, "about 1 s")):
+    for width, height, told in ((1600, 1200, "15 to 60 s"), (6400, 4800, "4 min to 16 min"), (160, 120, "about 1 s")):
         camera = re.sub(r"(?m)^width_px = .*", f"width_px = {width}", text)
         asked.write_text(re.sub(r"(?m)^height_px = .*", f"height_px = {height}", camera), encoding="utf-8")
         assert f"Checking the best design end to end, {told} per design ..." in run("study", asked).stderr

@@ -11,9 +11,9 @@ from click.testing import CliRunner
 from designer.cli import cli
 from designer.files import InputError
 from designer.study.sweep.definition import read_sweep
-from designer.study.sweep.export import read_sweep_results
 from designer.study.sweep.run import run_sweep
 from designer.study.sweep.store import FILE_NAME
+from designer.study.sweep.tables import read_sweep_results
 
 FLIPS = range(10)
 

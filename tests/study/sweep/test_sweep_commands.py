@@ -15,6 +15,7 @@ from designer.study.sweep.store import FILE_NAME, read_store
 from designer.study.sweep.tables import read_sweep_results
 from designer.study.sweep.workers import local_workers
 from support import CONFIGS
+from support.shipped_problems import toml_with_constant_noise
 
 TINY = """
 requirement = "base.toml"
@@ -42,7 +43,7 @@ high = 140
 def tiny(tmp_path, monkeypatch):
     """A sweep of two points and one configuration, in a folder of its own that is the current one."""
     monkeypatch.chdir(tmp_path)
-    base = (CONFIGS / "indoor_robot.toml").read_text()
+    base = toml_with_constant_noise((CONFIGS / "indoor_robot.toml").read_text())
     base += '\n[solve]\nstarts = 2\nconfigurations = ["folded-PaPa-Hy-upper_outer"]\n'
     base += "[sharpness]\nmax_blur_deg = inf\n"
     (tmp_path / "base.toml").write_text(base)
