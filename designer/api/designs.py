@@ -135,7 +135,7 @@ def evaluate(design: Design) -> Evaluation:
     """
     from designer.evaluate.focus_table import focus_table
     from designer.evaluate.score import evaluate_design
-    from designer.verify.record import record_problems
+    from designer.verify.contradicted_record import record_problems
     from designer.verify.traced_views import as_traced
 
     as_made, said = as_traced(design)

@@ -47,9 +47,9 @@ def evaluate(design: Path, as_json: bool) -> None:
     from designer.cli.focus import describe_focus
     from designer.evaluate.focus_table import focus_table
     from designer.evaluate.score import evaluate_design
+    from designer.verify.contradicted_record import record_problems
     from designer.verify.description import describe
     from designer.verify.judge import judge
-    from designer.verify.record import record_problems
     from designer.verify.traced_views import as_traced
 
     geometry, warnings = as_traced(record)

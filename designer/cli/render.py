@@ -65,7 +65,7 @@ def render(
 
     from designer.imaging.images import write_image
     from designer.imaging.render.detector import expose
-    from designer.imaging.render.files import write_truth
+    from designer.imaging.render.ground_truth_file import write_truth
     from designer.imaging.render.lens import Lens, default_samples, describe_lens
     from designer.imaging.render.raytracing import ground_truth
     from designer.imaging.render.raytracing import render as render_image

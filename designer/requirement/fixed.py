@@ -8,9 +8,9 @@ from pydantic import Field, model_validator
 
 from designer.design import VIEW_NAMES
 from designer.requirement.coherence import check_fixed_numbers
+from designer.requirement.names import nearest
 from designer.requirement.part import Part
 from designer.requirement.quantity import Quantity, refuse
-from designer.requirement.selection import nearest
 
 MIRROR_NAMES = ("lower", "upper", "primary", "secondary", "direct")
 

@@ -17,9 +17,9 @@ from designer.goals import GOALS
 from designer.requirement.camera import Camera
 from designer.requirement.fixed import Fixed
 from designer.requirement.light import Light, Matching
+from designer.requirement.names import select_configurations
 from designer.requirement.part import METRES, NumberOrRange, Part, ends
 from designer.requirement.quantity import Choice, NumberOrWord, Quantity, refuse
-from designer.requirement.selection import select_configurations
 from designer.requirement.sharpness import Sharpness
 from designer.requirement.space import Envelope, Manufacture, WorkingVolume
 

@@ -6,8 +6,8 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, model_validator
 
+from designer.requirement.names import nearest
 from designer.requirement.quantity import refuse
-from designer.requirement.selection import nearest
 
 METRES = "is that metres? Lengths are in millimetres"
 RADIANS = "is that radians? Angles are in degrees"

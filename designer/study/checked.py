@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from designer.design import Design
 from designer.files import InputError, describe_validation_error, read_text
-from designer.imaging.endtoend.files import VERDICT, fingerprint
+from designer.imaging.endtoend.check_files import VERDICT, fingerprint
 
 Image = NDArray[np.uint8]
 

@@ -1,7 +1,7 @@
 """Designs of a finished study checked end to end: the ``checks/`` folder beside the study's tables.
 
-``checks/<configuration>/`` holds what :mod:`designer.imaging.endtoend.files` writes; where the check itself broke down,
-only ``unchecked.json``: the configuration and the reason.
+``checks/<configuration>/`` holds what :mod:`designer.imaging.endtoend.check_files` writes; where the check itself broke
+down, only ``unchecked.json``: the configuration and the reason.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def check_designs(
 def _check_and_write(design: Design, folder: Path, seed: int) -> tuple[bool, float]:
     # Imported where it runs, so that a study without checks needs no imaging.
     from designer.imaging.endtoend.check import CheckOptions, check_with_control
-    from designer.imaging.endtoend.files import write_check
+    from designer.imaging.endtoend.check_files import write_check
 
     started = time.perf_counter()
     checks = check_with_control(design, CheckOptions(seed=seed))
@@ -95,7 +95,7 @@ def _check_and_write(design: Design, folder: Path, seed: int) -> tuple[bool, flo
 
 
 def _write_unchecked(design: Design, problem: str, folder: Path) -> None:
-    from designer.imaging.endtoend.files import fingerprint
+    from designer.imaging.endtoend.check_files import fingerprint
 
     content = {"configuration": design.configuration, "reason": problem, "design_sha256": fingerprint(design)}
     write_atomically(folder / UNCHECKED, json.dumps(content, indent=2) + "\n")

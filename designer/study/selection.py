@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from designer.files import InputError
 from designer.requirement import Requirement, set_key
-from designer.requirement.selection import select_configurations
+from designer.requirement.names import select_configurations
 
 
 def restrict(requirement: Requirement, only: Iterable[str], word: str = "only") -> Requirement:

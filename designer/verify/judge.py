@@ -13,11 +13,11 @@ from designer.design import Design, Interval, View
 from designer.trace.aiming import widest_pinhole_angle
 from designer.trace.instrument import build_instrument
 from designer.verify.chief_rays import END_INSET_DEG, IMAGE_SAMPLES, judge_view
+from designer.verify.contradicted_record import needed_elevations, record_problems, topology_named_by
 from designer.verify.coverage import map_image
 from designer.verify.intervals import common, common_width, in_degrees
 from designer.verify.light import view_light
 from designer.verify.light_verdict import light_problems
-from designer.verify.record import needed_elevations, record_problems, topology_named_by
 from designer.verify.solids import contact_problems, find_rims
 from designer.verify.verdict import Verdict, ViewVerdict
 

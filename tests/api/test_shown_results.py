@@ -71,7 +71,7 @@ def checked() -> EndToEndCheck:
     nothing = cast(Any, None)
     noise = Noise(np.empty((0, 3)), np.empty(0), np.ones(1), np.ones(1))
     bands = (band, dataclasses.replace(band, kept=float("nan")), dataclasses.replace(band, pixels=1))
-    return EndToEndCheck("x", HOSTILE, "rich", noise, bands, *([nothing] * 10))
+    return EndToEndCheck("x", HOSTILE, "rich", noise, bands, *([nothing] * 9), lens=None)
 
 
 def results() -> dict[str, Any]:

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from designer.design import Design
+from designer.imaging.endtoend.check_files import fingerprint
 from designer.imaging.endtoend.description import definition_of_passing
-from designer.imaging.endtoend.files import fingerprint
 from designer.imaging.images import write_arrays, write_image
 
 ROWS, COLUMNS = 60, 720

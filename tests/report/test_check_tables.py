@@ -14,7 +14,7 @@ from test_figures import assert_inside_canvas
 
 from designer.design import Design
 from designer.files import InputError
-from designer.imaging.endtoend.files import fingerprint
+from designer.imaging.endtoend.check_files import fingerprint
 from designer.report.content.sections import source
 from designer.report.document import write_pdf
 from designer.report.figures.check import draw_check_errors, draw_check_maps, draw_floor_plan, errors_by_distance

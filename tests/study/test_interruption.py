@@ -18,7 +18,7 @@ import pytest
 from designer.design import read_design
 from designer.study.claim import LOCK
 from support import CONFIGS
-from support.shipped_problems import SHIPPED, toml_with_coarse_pixels
+from support.shipped_problems import SHIPPED, toml_with_coarse_pixels, toml_with_constant_noise
 
 COMMAND = Path(sys.executable).with_name("designer")
 REQUIREMENT = CONFIGS / f"{SHIPPED[0]}.toml"
@@ -29,7 +29,7 @@ def start(folder: Path) -> subprocess.Popen[bytes]:
     """A short study as a process group of its own: few starts, and a quarter of the pixels to render."""
     requirement = folder.parent / "short.toml"
     if not requirement.exists():
-        text = toml_with_coarse_pixels(REQUIREMENT.read_text(encoding="utf-8"))
+        text = toml_with_coarse_pixels(toml_with_constant_noise(REQUIREMENT.read_text(encoding="utf-8")))
         requirement.write_text(f"{text}\n[solve]\nstarts = 2\n", encoding="utf-8")
     how = ("--no-pdf", "--quiet", "--jobs", "2", "--checks", "1")
     arguments = [COMMAND, "study", requirement, "--out", folder, *how, "--only", *ONLY]

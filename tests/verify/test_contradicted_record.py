@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from designer.configurations import enumerate_configurations
 from designer.design import Design, read_design
+from designer.verify.contradicted_record import needed_elevations, record_problems
 from designer.verify.judge import judge
-from designer.verify.record import needed_elevations, record_problems
 from designer.verify.traced_views import as_traced
 from support import DATA
 from support.closed_forms import (

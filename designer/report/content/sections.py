@@ -39,6 +39,7 @@ from designer.report.figures.registry import (
     study_figures,
 )
 from designer.report.typst.markup import call, cells, literal, number, plain_number, text, typographic
+from designer.requirement import PREDICTED
 from designer.study.ranking import tolerance_in_words
 from designer.study.row import Row
 from designer.study.study import Study
@@ -181,11 +182,12 @@ def paper(study: Study) -> str:
 
 def ranking_section(study: Study) -> str:
     """All configurations with status and reason."""
+    is_bound = study.requirement.noise_px != PREDICTED
+    meaning = "$1.000$: proven optimal" if is_bound else "that of sharp images at the largest gains"
     note = (
         "$sigma_D\\/D$ is the rms relative depth error over the working volume; the limit ratio compares it with the "
-        "closed-form limit for any conic mirrors at the design's baseline and principal distance ($1.000$: proven "
-        "optimal). $b$ baseline, $H$ height, $W$ diameter. Statuses are defined in @method, full reasons are "
-        "in designs.csv."
+        f"closed-form limit for any conic mirrors at the design's baseline and principal distance ({meaning}). "
+        "$b$ baseline, $H$ height, $W$ diameter. Statuses are defined in @method, full reasons are in designs.csv."
     )
     if any(row.is_beyond_first_order for row in study.feasible):
         note += (

@@ -11,9 +11,9 @@ from pydantic import Field, StrictStr, field_validator, model_validator
 
 from designer.files import InputError, shortened
 from designer.requirement import Requirement, index_in, read_named_part, read_requirement, set_key
+from designer.requirement.names import nearest
 from designer.requirement.part import Part
 from designer.requirement.quantity import Quantity, refuse
-from designer.requirement.selection import nearest
 
 MOST_POINTS = 100_000
 _ANY_NUMBER = Quantity(-1e9, 1e9)

@@ -4,6 +4,7 @@ from designer.study.sweep.definition import read_sweep
 from designer.study.sweep.run import run_sweep
 from designer.study.sweep.tables import read_sweep_results
 from support import CONFIGS
+from support.shipped_problems import toml_with_constant_noise
 
 QUICK = """
 plan = "grid"
@@ -19,9 +20,7 @@ values = [136, 138, 140]
 
 def write_quick_sweep(folder):
     """Write a sweep of nine points, two configurations each, which takes seconds; returns its path."""
-    base = (CONFIGS / "indoor_robot.toml").read_text()
-    # Depth errors proportional to the noise.
-    base = base.replace('noise_px = "predicted" ', "scale_uncertainty_percent = 0\nnoise_px = 0.1 ")
+    base = toml_with_constant_noise((CONFIGS / "indoor_robot.toml").read_text())
     # Quick to solve; with a bound on the blur this pair is feasible nowhere in the sweep.
     base += '\n[solve]\nstarts = 2\nconfigurations = ["folded-PaPa-Hy-*"]\n[sharpness]\nmax_blur_deg = inf\n'
     (folder / "base.toml").write_text(base)

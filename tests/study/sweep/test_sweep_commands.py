@@ -15,6 +15,7 @@ from designer.study.sweep.store import FILE_NAME, read_store
 from designer.study.sweep.tables import read_sweep_results
 from designer.study.sweep.workers import local_workers
 from support import CONFIGS
+from support.shipped_problems import toml_with_constant_noise
 
 TINY = """
 requirement = "base.toml"
@@ -42,7 +43,7 @@ high = 140
 def tiny(tmp_path, monkeypatch):
     """A sweep of two points and one configuration, in a folder of its own that is the current one."""
     monkeypatch.chdir(tmp_path)
-    base = (CONFIGS / "indoor_robot.toml").read_text().replace('noise_px = "predicted" ', "noise_px = 0.1 ")
+    base = toml_with_constant_noise((CONFIGS / "indoor_robot.toml").read_text())
     base += '\n[solve]\nstarts = 2\nconfigurations = ["folded-PaPa-Hy-upper_outer"]\n'
     base += "[sharpness]\nmax_blur_deg = inf\n"
     (tmp_path / "base.toml").write_text(base)
@@ -204,7 +205,7 @@ def test_a_full_disk_is_one_line(tiny, monkeypatch):
 
 
 def test_nothing_feasible_is_a_table_without_a_report(tiny, tmp_path):
-    (tmp_path / "tiny.toml").write_text(TINY + '[[axis]]\nkey = "envelope.height_mm"\nvalues = [105]\n')
+    (tmp_path / "tiny.toml").write_text(TINY + '[[axis]]\nkey = "envelope.height_mm"\nvalues = [110]\n')
     result = invoke("sweep", tiny, "--jobs", 1)
     assert result.exit_code == 0
     assert "2 configuration problems: 2 infeasible" in result.stdout
