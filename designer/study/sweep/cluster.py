@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
@@ -66,8 +67,10 @@ def cluster_workers(scheduler: str | None = None, workers: int | None = None) ->
     with dask.config.set(_SETTINGS):
         if scheduler is not None:
             try:
+                # A client that finds no scheduler is left half started, and can wait for ever when it is cleared away.
+                asyncio.run(_connect_and_leave(scheduler))
                 client = Client(scheduler, timeout=CONNECT_SECONDS)
-            except (OSError, ValueError) as error:
+            except (OSError, ValueError, OverflowError) as error:
                 raise InputError(f"--scheduler {scheduler}: no response from this address: {error}") from None
             with client:
                 yield Cluster(client)
@@ -85,3 +88,11 @@ def cluster_workers(scheduler: str | None = None, workers: int | None = None) ->
             Client(local) as client,
         ):
             yield Cluster(client)
+
+
+async def _connect_and_leave(address: str) -> None:
+    """Raise OSError, ValueError or OverflowError if nothing answers at an address."""
+    from distributed.comm.core import connect
+
+    connection = await connect(address, timeout=CONNECT_SECONDS)
+    await connection.close()
