@@ -85,5 +85,5 @@ def check(
         click.echo(json.dumps(summary, indent=2, allow_nan=False))
     else:
         click.echo(describe_comparison(both) if both else describe_check(found))
-    if not found.passed:
+    if not found.passed or (both and not both.pinhole.passed):
         raise SystemExit(FAILED)

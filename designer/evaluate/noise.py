@@ -243,8 +243,6 @@ def matching_noise(
     template = row * row / 3.0
     signal = texture_gradient_energy(texture, sqrt(mean_along + template / 2.0), sqrt(mean_across))
     weight = texture_gradient_energy(texture, sqrt(mean_along + template), sqrt(mean_across))
-    # Panoramas are evened out: what has most light stays, and is as bright in both.
-    rounding = rounding_variance(light, _smooth_maximum(upper.illumination, lower.illumination)) * row * column * weight
     excess = matching.slant_loss * matching.window * (stretch[0] - stretch[1])
     loss = (1.0 + excess * excess / (stretch[0] * stretch[1])) / matching.efficiency
     scale = loss / (area * signal * signal)
@@ -255,6 +253,8 @@ def matching_noise(
         views, along_scale, across_scale, along_smoothing, blurs, strict=True
     ):
         raw = pixel_variance(light, exposure.f_number, view.illumination)
+        # A panorama is rounded as bright as it was recorded; evening out the brightness comes afterwards.
+        rounding = rounding_variance(light, view.illumination) * row * column * weight
         total_along, total_across = mean_along + template + smoothing, mean_across + across_smoothing
         smoothed = texture_gradient_energy(texture, sqrt(total_along), sqrt(total_across))
         pixel = sqrt(scale_along * scale_across) * exposure.pixel_pitch**2

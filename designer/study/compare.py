@@ -11,10 +11,10 @@ import pandas as pd
 
 from designer.files import InputError
 from designer.notebook_html import html_table
-from designer.requirement import NOT_ASKED, Requirement, read_requirement, requirement_to_toml
+from designer.requirement import NOT_ASKED, Requirement, requirement_to_toml
 from designer.study.columns import SCORE_COLUMNS
-from designer.study.folder import read_rows
-from designer.study.names import REQUIREMENT, RESULTS
+from designer.study.folder import read_rows, read_stored_requirement
+from designer.study.names import RESULTS
 from designer.study.row import frame_of
 from designer.study.sweep.store import FILE_NAME
 from designer.study.sweep.tables import axis_columns, read_sweep_results, requirement_of
@@ -95,7 +95,7 @@ def _read(folder: Path) -> tuple[Requirement, pd.DataFrame]:
     if not (folder / RESULTS).is_file():
         holds = f"contains neither {RESULTS} nor {FILE_NAME}" if folder.is_dir() else "is not a folder"
         raise InputError(f"{folder}: {holds}; give the folder of a study or of a sweep")
-    return read_requirement(folder / REQUIREMENT), frame_of(read_rows(folder))
+    return read_stored_requirement(folder), frame_of(read_rows(folder))
 
 
 def _joined(first: pd.DataFrame, second: pd.DataFrame, on: list[str], columns: list[str]) -> pd.DataFrame:

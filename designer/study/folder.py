@@ -138,10 +138,7 @@ def read_study(folder: Path) -> Study:
     InputError
         A file is absent or cannot be understood, or a feasible design has no file: one line says which.
     """
-    requirement = read_requirement(folder / REQUIREMENT)
-    if "scale_uncertainty_percent" not in requirement.model_fields_set:
-        # A folder holds every key, so without this one the scale was not counted.
-        requirement = set_key(requirement, "scale_uncertainty_percent", 0.0)
+    requirement = read_stored_requirement(folder)
     rows = read_rows(folder)
     designs = {
         row.configuration: read_design(design_path(folder, row.configuration))
@@ -152,6 +149,21 @@ def read_study(folder: Path) -> Study:
     provenance = _read_json(folder / PROVENANCE) if (folder / PROVENANCE).exists() else {}
     lenses = _read_lenses(folder / LENSES) if (folder / LENSES).exists() else ()
     return with_checks(Study(requirement, rows, designs, pareto, provenance, lenses=lenses), folder)
+
+
+def read_stored_requirement(folder: Path) -> Requirement:
+    """The requirement of a study's folder, with what an older version did not count set so.
+
+    Raises
+    ------
+    InputError
+        The file is absent or cannot be understood: one line says why.
+    """
+    requirement = read_requirement(folder / REQUIREMENT)
+    if "scale_uncertainty_percent" in requirement.model_fields_set:
+        return requirement
+    # A folder holds every key, so without this one the scale was not counted.
+    return set_key(requirement, "scale_uncertainty_percent", 0.0)
 
 
 def with_checks(study: Study, folder: Path) -> Study:

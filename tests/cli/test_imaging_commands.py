@@ -12,6 +12,7 @@ from designer.cli import cli
 from designer.design import write_design
 from support import DATA
 from support.imaging_designs import coarse_prototype
+from support.studied_designs import sharp_design, with_coarse_pixels
 
 
 def run(*words: object) -> Result:
@@ -78,8 +79,8 @@ def test_through_the_lens_the_image_is_blurred_and_darker(coarse: Path, tmp_path
 
 
 @pytest.mark.slow
-def test_a_check_through_the_lens_says_both(coarse: Path) -> None:
-    words = ("check", coarse, "--scene", "cylinder", "--lens", "--samples", 1)
+def test_a_check_with_a_pinhole_beside_it_says_both(coarse: Path) -> None:
+    words = ("check", coarse, "--scene", "cylinder", "--pinhole", "--samples", 1)
     result = run(*words, "--json")
     content = json.loads(result.stdout, parse_constant=pytest.fail)
     assert set(content) == {"pinhole", "lens", "kept_of_pinhole", "passed"}
@@ -88,7 +89,7 @@ def test_a_check_through_the_lens_says_both(coarse: Path) -> None:
     assert (
         text.index("texture, through a pinhole")
         < text.index("texture, through a lens of 12 mm")
-        < text.index("points that both")
+        < text.index("points seen by both")
     )
     assert text.splitlines()[-1].startswith("geometry ")
 
@@ -134,7 +135,8 @@ def test_check_refuses_in_a_line(coarse: Path, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_check_prints_bands_definition_and_verdict(tmp_path: Path) -> None:
-    write_design(coarse_prototype(), tmp_path / "design.json")
+    sharp = sharp_design("indoor_robot:folded-HyHy-Hy-upper_outer")
+    write_design(with_coarse_pixels(sharp, 2), tmp_path / "design.json")
     result = run("check", tmp_path / "design.json")
     assert result.exit_code == 0, result.output
     assert "passes if at least one of the 4 distance bands" in result.stdout

@@ -271,7 +271,6 @@ def test_equalising_sigma_is_half_a_pixel_of_raw_image_or_panorama() -> None:
 def test_a_view_with_half_the_light_is_as_noisy_as_with_half_the_exposure() -> None:
     dim = replace(LIGHT, electrons_of_white=LIGHT.electrons_of_white / 2, grey_levels=LIGHT.grey_levels / 2)
     halves = noise_of(replace(UPPER, illumination=0.5), replace(LOWER, illumination=0.5))
-    # Panoramas are rounded at the brightness of the one that has more light.
     np.testing.assert_allclose(halves, noise_of(light=dim), rtol=1e-12)
     upper, lower = noise_of(replace(UPPER, illumination=0.5))
     assert upper > noise_of()[0]

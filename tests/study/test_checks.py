@@ -10,6 +10,7 @@ import pytest
 from mortal import ALWAYS, name_of_design, pass_check, raising
 
 from designer.design import Design, read_design
+from designer.imaging.endtoend.check_files import fingerprint
 from designer.report.content.check_section import check_page
 from designer.study import checks
 from designer.study.checked import read_check, read_unchecked
@@ -17,6 +18,8 @@ from designer.study.checks import CheckProgress, check_designs
 from designer.study.manifest import settle
 from designer.study.row import Row
 from support import DATA
+
+OLD_HASH = "4db91a2773d6774951fd51ed109e51c40d77c1ea04ac43bde7b1d851cc66b156"
 
 
 @pytest.fixture
@@ -75,3 +78,10 @@ def test_a_check_is_written_that_the_report_reads_and_is_the_same_twice(design: 
     for name in ("raw.png", "upper.png", "check.npz", "check.json"):
         first, second = (place / "checks" / design.configuration / name for place in (folder, again))
         assert first.read_bytes() == second.read_bytes(), name
+
+
+def test_an_old_design_keeps_the_hash_that_its_check_was_written_with() -> None:
+    """By the code of before the uncertainty of the scale was recorded."""
+    design = read_design(DATA / "folded_hypl_hy.json")
+    assert fingerprint(design) == OLD_HASH
+    assert fingerprint(design.model_copy(update={"scale_uncertainty": 2e-4})) != OLD_HASH

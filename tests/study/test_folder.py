@@ -290,7 +290,6 @@ def test_a_folder_of_version_0_1_is_understood(study, tmp_path):
     pd.testing.assert_frame_equal(frame_of(read_study(tmp_path / "old").rows), frame_of(outcome.rows))
 
 
-@pytest.mark.slow
 def test_a_folder_that_does_not_tell_of_the_scale_did_not_count_it(study, tmp_path):
     _, folder, _ = study
     older = tmp_path / "older"
@@ -302,6 +301,7 @@ def test_a_folder_that_does_not_tell_of_the_scale_did_not_count_it(study, tmp_pa
     assert read_requirement(older / "requirement.toml").scale_uncertainty_percent == 0.02
 
 
+@pytest.mark.slow
 def test_two_processes_give_the_same_files_as_one(study, tmp_path):
     outcome, folder, _ = study
     run_study(outcome.requirement, tmp_path, jobs=2, only=ONLY)

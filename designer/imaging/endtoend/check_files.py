@@ -67,5 +67,9 @@ def write_check(checks: CheckWithControl, folder: Path) -> None:
 
 def fingerprint(design: Design) -> str:
     """A hash of a design's content, which tells whether a check belongs to it."""
-    content = json.dumps(design.model_dump(mode="json", by_alias=True), sort_keys=True)
+    record = design.model_dump(mode="json", by_alias=True)
+    if not record["scale_uncertainty"]:
+        # Designs of before it was counted keep the hash by which their checks know them.
+        del record["scale_uncertainty"]
+    content = json.dumps(record, sort_keys=True)
     return hashlib.sha256(content.encode()).hexdigest()

@@ -2,7 +2,7 @@
 
 A folded view loses light at two mirrors, a direct one at one, and both towards the rim of the lens. The loss depends
 on the view and the elevation alone, so each row of a panorama is brightened by one factor; the row that has most light
-keeps its brightness, and so nothing that the camera recorded is cut off.
+keeps its brightness. What fills the scale in a darker row is cut off: expose so that white stays below full scale.
 """
 
 from __future__ import annotations

@@ -183,7 +183,7 @@ def paper(study: Study) -> str:
 def ranking_section(study: Study) -> str:
     """All configurations with status and reason."""
     is_bound = study.requirement.noise_px != PREDICTED
-    meaning = "$1.000$: proven optimal" if is_bound else "that of sharp images at the largest gains"
+    meaning = "$1.000$: proven optimal" if is_bound else "with the design's own noise in both"
     note = (
         "$sigma_D\\/D$ is the rms relative depth error over the working volume; the limit ratio compares it with the "
         f"closed-form limit for any conic mirrors at the design's baseline and principal distance ({meaning}). "

@@ -77,15 +77,17 @@ def _build(winner: Row) -> str:
 def _accuracy(study: Study, winner: Row) -> str:
     worst = winner.number("depth_error_worst")
     ratio = winner.number("limit_ratio")
+    same = "" if study.requirement.noise_px != PREDICTED else " with the same noise"
     sentence = f"Its rms depth error over the working volume is {percent(winner.number('depth_error_rms'))} %"
     sentence += f" at {_noise(study, winner)}"
     if (scale := study.requirement.scale_uncertainty_percent) and winner.number("depth_shift_per_scale") is not None:
         sentence += f" and {plain_number(scale)} % of image scale"
     sentence += f" (at worst {percent(worst)} %)" if worst is not None else ""
     if ratio is not None:
-        sentence += f", {number(ratio, 3)} times the limit for any conic mirrors at its baseline and topology"
+        sentence += f", {number(ratio, 3)} times the limit for any conic mirrors at its baseline and topology{same}"
     if winner.least_limit is not None:
-        sentence += f" (the limit at the best allowed baseline and focal length is {percent(winner.least_limit)} %)"
+        what = "the limit" if not same else "that of sharp images at the largest gains"
+        sentence += f" ({what} at the best allowed baseline and focal length is {percent(winner.least_limit)} %)"
     return text(sentence + "." + _beyond_first_order(winner))
 
 

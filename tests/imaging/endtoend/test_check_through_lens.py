@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from designer.design import read_design
+from designer.imaging.endtoend.bands import LARGEST_BIAS, LARGEST_BIAS_SIGMAS
 from designer.imaging.endtoend.check import CheckOptions, EndToEndCheck, check_with_control
 from designer.imaging.endtoend.description import describe_comparison, summarise_comparison
 from designer.imaging.stereo.matching import MatchOutcome
@@ -42,6 +43,8 @@ def test_every_family_folding_pair_and_sign_of_gain_does(name: str, seed: int) -
     assert checks.kept_of_pinhole is not None
     assert checks.kept_of_pinhole >= LEAST_KEPT_OF_PINHOLE, describe_comparison(checks)
     assert_it_passes_everywhere(checks.lens, name)
+    for band in checks.lens.bands:
+        assert abs(band.bias) <= max(LARGEST_BIAS, LARGEST_BIAS_SIGMAS * band.predicted / COARSER)
 
 
 def assert_it_passes_everywhere(check: EndToEndCheck, name: str) -> None:
