@@ -91,9 +91,10 @@ def depth_error_limit(
     noise_mm: Scalar | NoiseOfPair,
     scale_uncertainty: Scalar = 0.0,
 ) -> Scalar:
-    """The score (RMS of sigma_D / D) at the largest gains: with a constant noise no mirrors of this arrangement can beat it.
+    """The score (RMS of sigma_D / D) at the largest gains.
 
-    With a predicted noise smaller gains can be a few percent better, and it is a reference.
+    With a constant noise no mirrors of this arrangement can beat it; with a predicted one smaller gains can be a few
+    percent better, and it is a reference.
     Of two direct views it counts the noise alone, whatever the relative uncertainty of the image's scale. Meaningless
     where :func:`limit_gains` gives no positive inner gain.
     """
