@@ -126,6 +126,8 @@ def _camera(requirement: Requirement, lens: Lens, values: dict[str, float]) -> C
             "lens": lens.name,
             "nominal_focal_length_mm": values["focal_length"],
             "focus_distance_mm": 1.0 / reciprocal_focus if reciprocal_focus > AT_INFINITY_PER_MM else None,
+            "projection": lens.projection,
+            "distortion": lens.distortion,
         }
     )
 
