@@ -81,9 +81,8 @@ class Camera(Record):
     def _projection_has_its_coefficients(self) -> Self:
         most = MOST_COEFFICIENTS[self.projection]
         if len(self.distortion) > most:
-            raise ValueError(
-                f"distortion: {self.projection} takes {most or 'no'} coefficients, not {len(self.distortion)}"
-            )
+            allowed = f"at most {most} coefficients" if most else "no coefficients"
+            raise ValueError(f"distortion: {self.projection} takes {allowed}, not {len(self.distortion)}")
         return self
 
     @model_serializer(mode="wrap")

@@ -29,8 +29,10 @@ from designer.optics.backend import Scalar, absolute, arctan, maximum, sqrt, tan
 
 Array = NDArray[np.float64]
 
-WIDEST_ANGLE = math.radians(89.0)
+WIDEST_ANGLE = math.radians(85.0)
 """Beyond this angle no law is used: the thin lens's flat pupil is seen edge-on at 90 degrees."""
+# A law is used where its radius still rises this much farther out in tan(psi/2): optimisers look beyond an edge.
+_SPARE = 1.03
 # Angles at which the end and the extremes of a law are looked for, and steps of Newton's method from a cell of them.
 _SAMPLES = 4097
 _NEWTON_STEPS = 4
@@ -52,7 +54,7 @@ class ImageLaw:
 
     @property
     def widest(self) -> float:
-        """Largest angle psi in radians that is used: where the image radius stops rising, or ``WIDEST_ANGLE``."""
+        """Largest angle psi (rad) that is used: a little before the image radius stops rising, or ``WIDEST_ANGLE``."""
         return WIDEST_ANGLE if self.is_perspective else _end_of(self)
 
     def ratio(self, half_tangent: Scalar) -> Scalar:
@@ -172,7 +174,7 @@ def most_favourable(law: ImageLaw) -> ImageLaw:
 
 @lru_cache(maxsize=64)
 def _end_of(law: ImageLaw) -> float:
-    """The angle up to which the image radius rises, by samples of its slope and then by halving their step."""
+    """The angle up to which a law is used: where the radius stops rising, by samples and then by halving their step."""
     angles = np.linspace(0.0, WIDEST_ANGLE, _SAMPLES)
     falls = np.flatnonzero(~(law.ratio_slope(np.tan(angles / 2.0)) > 0.0))
     if not falls.size:
@@ -181,7 +183,7 @@ def _end_of(law: ImageLaw) -> float:
     for _ in range(60):
         middle = (low + high) / 2.0
         low, high = (middle, high) if law.ratio_slope(math.tan(middle / 2.0)) > 0.0 else (low, middle)
-    return low
+    return 2.0 * math.atan(math.tan(low / 2.0) / _SPARE)
 
 
 @lru_cache(maxsize=64)

@@ -58,7 +58,8 @@ def image_radius_slope(
 
 def image_half_tangent(image_radius: Scalar, principal_distance: Scalar, law: ImageLaw = PERSPECTIVE) -> Scalar:
     """tan(psi/2) of the ray through image radius r, f tan(psi) unless the law is another; keeps the sign of r."""
-    return law.half_tangent(image_radius / principal_distance)
+    ratio = image_radius / principal_distance
+    return ratio / (1.0 + sqrt(1.0 + ratio * ratio)) if law.is_perspective else law.half_tangent(ratio)
 
 
 def elevation_tangents_of_views(

@@ -31,6 +31,7 @@ from designer.optics.clearance import (
     solid_rows,
     solid_separation,
 )
+from designer.optics.image_law import ImageLaw
 from designer.optimise.constraints import Constraint, constraints_of
 from designer.optimise.problem import Problem
 from designer.optimise.separating_directions import Groups, OfferedDirections
@@ -128,7 +129,7 @@ class _Symbols:
 
 @lru_cache(maxsize=128)
 def _build_symbols(
-    variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], predicts_noise: bool
+    variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], predicts_noise: bool, law: ImageLaw
 ) -> _Symbols:
     scaled = casadi.SX.sym("scaled", len(free))
     # A variable without a choice is its lower end, a parameter: no derivatives by it are ever needed.
@@ -136,7 +137,7 @@ def _build_symbols(
     numbers = casadi.SX.sym("specification", len(SPECIFICATION_NAMES))
     low, high = casadi.SX.sym("low", len(VARIABLES)), casadi.SX.sym("high", len(VARIABLES))
     weights, scales = casadi.SX.sym("weights", len(GOALS) + 1), casadi.SX.sym("scales", len(GOALS))
-    specification = Specification(*(numbers[i] for i in range(len(SPECIFICATION_NAMES))))
+    specification = Specification(**{name: numbers[i] for i, name in enumerate(SPECIFICATION_NAMES)}, law=law)
     if not predicts_noise:
         # A prediction is hundreds of operations at each of the volume's nodes: none where a number stands for it.
         specification = replace(specification, predicted_share=0.0)
@@ -169,10 +170,11 @@ def build_program(
     fixed: tuple[tuple[str, float], ...],
     free: tuple[str, ...],
     predicts_noise: bool,
+    law: ImageLaw,
     offered: OfferedDirections,
 ) -> Program:
-    """Build the program of a variant, with the given variables free, for the directions offered."""
-    symbols = _build_symbols(variant, fixed, free, predicts_noise)
+    """Build the program of a variant, with the given variables free, for a lens's law and the directions offered."""
+    symbols = _build_symbols(variant, fixed, free, predicts_noise, law)
     constraints = symbols.constraints
     slack = casadi.SX.sym("slack")
     equal = np.array([constraint.equality for constraint in constraints])

@@ -53,8 +53,9 @@ class Run:
     def program(self) -> Program:
         """The program to solve; built once for all runs that share it."""
         names = tuple(name for name, is_free in zip(VARIABLE_NAMES, self.free, strict=True) if is_free)
-        predicts = bool(self.problem.specification.predicted_share)
-        return build_program(self.problem.variant, self.problem.fixed, names, predicts, self.offered)
+        asked = self.problem.specification
+        predicts = bool(asked.predicted_share)
+        return build_program(self.problem.variant, self.problem.fixed, names, predicts, asked.law, self.offered)
 
 
 @dataclass(frozen=True, slots=True)

@@ -259,7 +259,7 @@ class Camera(Part):
             if reached <= self.image_radius_mm:
                 key = "distortion" if lens.distortion else "projection"
                 end = math.degrees(law.widest)
-                limit = "where it stops rising" if law.widest < WIDEST_ANGLE else "the widest angle allowed"
+                limit = "a little before it stops rising" if law.widest < WIDEST_ANGLE else "the widest angle allowed"
                 refuse(
                     f"the image radius is {reached:.4g} mm at {end:.4g} degrees, {limit}; it must exceed the image "
                     f"circle's, camera.image_circle_radius_px = {self.image_circle_radius_px:g} "

@@ -174,18 +174,18 @@ MALFORMED = {
         "camera.lens.distortion",
         "an array of at most 4 numbers",
     ),
-    # x - 30 x^3 has its maximum at x = 1 / sqrt(90) = tan(6.017 degrees).
+    # x - 30 x^3 has its maximum at x = 1 / sqrt(90) = tan(6.017 degrees); 3 % less of tan(psi/2) are used.
     "distortion that turns the image back": (
         "front_mm = 4",
         "front_mm = 4\ndistortion = [-30]",
         "camera.lens.distortion",
-        "at 6.017 degrees, where it stops rising; it must exceed the image circle's, camera.image_circle_radius_px",
+        "at 5.842 degrees, a little before it stops rising; it must exceed the image circle's, camera.image_circle",
     ),
     "a fisheye that would see behind itself": (
         "focal_length_mm = 12",
         'focal_length_mm = 1.5\nprojection = "equidistant"',
         "camera.lens.projection",
-        "at 89 degrees, the widest angle allowed",
+        "at 85 degrees, the widest angle allowed",
     ),
     "misspelt lens": ("[camera.lens]", "[camera.lens_]", "camera.lens_", "did you mean lens?"),
     "slope in radians": (
