@@ -18,7 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.design import Camera, Design
-from designer.imaging.render.camera_rays import Array, angular_spacing, on_sensor, ray_directions
+from designer.imaging.render.camera_rays import (
+    Array,
+    angular_spacing,
+    is_in_field,
+    on_sensor,
+    ray_directions,
+    stretched_area,
+)
 from designer.imaging.render.lens import Lens, Pupil, diffract, pupil_of
 from designer.imaging.render.passage import (
     BLACK_PARTS_RADIANCE,
@@ -120,7 +127,7 @@ def render_block(
     ahead = ray_directions(optics.camera, u, v, starts, optics.pupil)
     radii = np.hypot(*on_sensor(optics.camera, u, v))
     trace = trace_pupil(optics.passage, optics.instrument, radii, ahead, starts)
-    share = lens.transmission(ahead, trace.reflections)
+    share = lens.transmission(ahead, trace.reflections, stretched_area(optics.camera, radii))
     free = np.flatnonzero(trace.leaves)
     pencil = pencil_terms(optics.passage, trace, radii)[:, free]
     footprint = Footprint.of(optics.spacing(radii[free]), pencil, samples, optics.pupil.radius_mm)
@@ -204,8 +211,7 @@ def _blocks(camera: Camera, rays_per_pixel: int) -> Iterator[PixelBlock]:
     u0, v0 = camera.principal_point_px
     rows, columns = (grid.ravel() for grid in np.mgrid[0 : int(v0) + 1, 0 : int(u0) + 1])
     left, up = u0 - columns, v0 - rows
-    circle = np.inf if camera.image_circle_radius_px is None else camera.image_circle_radius_px
-    lit = np.hypot(left, up) <= circle
+    lit = is_in_field(camera, columns, rows)
     # Pixel centres fall on pixel centres when x and y are exchanged.
     swaps = (left <= v0) & (up <= u0) & ((u0 - v0) % 1.0 == 0.0)
     step = max(1, RAYS_PER_BLOCK // rays_per_pixel)

@@ -38,13 +38,17 @@ class Lens:
     mirror_reflectivity: float = 0.88
     has_natural_vignetting: bool = True
 
-    def transmission(self, directions: Array, reflections: NDArray[np.intp]) -> Floats:
+    def transmission(
+        self, directions: Array, reflections: NDArray[np.intp], stretched_area: Array | float = 1.0
+    ) -> Floats:
         """Share (n,) of the light that passes: rays (n, 3) as unit vectors at the pupil, and how often reflected.
 
-        It is 1 for light along the optical axis that meets no mirror.
+        It is 1 for light along the optical axis that meets no mirror. ``stretched_area`` is that of
+        :func:`designer.imaging.render.camera_rays.stretched_area`.
         """
         cosine = directions[:, 2] if self.has_natural_vignetting else np.ones(len(directions))
-        return np.asarray(relative_illumination(cosine, reflections, self.mirror_reflectivity), dtype=np.float32)
+        area = stretched_area if self.has_natural_vignetting else 1.0
+        return np.asarray(relative_illumination(cosine, reflections, self.mirror_reflectivity, area), dtype=np.float32)
 
 
 # Rays along each side of a pixel that leave less noise than a full well of 10,000 electrons has through shot noise; a
