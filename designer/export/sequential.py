@@ -83,7 +83,8 @@ def sequential_views(design: Design) -> dict[ViewName, SequentialView]:
     Raises
     ------
     InputError
-        The lens is not perspective, no ray of the image leaves a view's mirrors at an elevation that it must see, or a distance is none.
+        The lens is not perspective, no ray of the image leaves a view's mirrors at an elevation that it must see, or a
+        distance is none.
     """
     refuse_other_laws(design.camera, "an ideal (paraxial) lens images r = f tan(psi)")
     return {name: _sequential_view(design, name) for name in design.views.by_name}

@@ -87,7 +87,7 @@ def stretches(camera: Camera, psi: ArrayLike) -> tuple[Array, Array]:
         return np.ones_like(angle), np.ones_like(angle)
     flat = camera.focal_length_mm * np.tan(angle)
     # Differences over a share of the angle small enough for the law's curvature and large enough for rounding.
-    step = 1e-5 * angle
+    step = 1e-6 * angle
     rise = image_radius(camera, angle + step) - image_radius(camera, angle - step)
     along = rise / (2.0 * step) * np.cos(angle) ** 2 / camera.focal_length_mm
     return np.asarray(along), np.asarray(image_radius(camera, angle) / flat)

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from designer.design import Projection
+from designer.design import Projection, Sense
 from designer.optics.image_law import PERSPECTIVE, ImageLaw, most_favourable, pinhole_tangent
-from designer.optics.view import image_radius, image_radius_slope
+from designer.optics.view import half_angle_tangent, image_radius, image_radius_slope
 
 FOCAL_MM = 3.7
 LAWS = (
@@ -61,6 +61,19 @@ def test_the_inverse_undoes_the_law_and_its_slope_is_its_derivative(law: ImageLa
     step = 1e-20
     derivative = np.imag(law.ratio(np.tan((psi + 1j * step) / 2.0))) / step
     assert law.ratio_slope(tangent) == pytest.approx(derivative, rel=1e-10)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=IDS)
+@pytest.mark.parametrize(("sense", "gain"), [("direct", 0.3), ("folded", -0.25)])
+def test_the_image_radius_changes_with_elevation_as_its_slope_says(law: ImageLaw, sense: Sense, gain: float) -> None:
+    phi, step = np.linspace(-0.6, 0.6, 13), 1e-20
+    moved = image_radius(np.tan(phi + 1j * step), gain, FOCAL_MM, sense, law)
+    slope = image_radius_slope(np.tan(phi), gain, FOCAL_MM, sense, law)
+    assert slope == pytest.approx(np.imag(moved) / step, rel=1e-10)
+    # dr/dphi = (dr/dpsi) sin(psi) / cos(phi), whatever the gain: what the limit rests on.
+    tangent = abs(gain) * half_angle_tangent(np.tan(phi), sense)
+    psi = 2.0 * np.arctan(tangent)
+    assert np.abs(slope) == pytest.approx(FOCAL_MM * law.ratio_slope(tangent) * np.sin(psi) / np.cos(phi), rel=1e-12)
 
 
 def test_no_distortion_is_the_perspective_lens_to_the_last_bit() -> None:
