@@ -1,4 +1,4 @@
-"""How a lens images angles: the law from psi at the entrance pupil to the image radius (docs/theory.md, section 9).
+"""How a lens images angles: the law from psi at the entrance pupil to the image radius (docs/theory.md, section 10).
 
     perspective     r = f x (1 + k1 x^2 + k2 x^4 + k3 x^6),             x = tan(psi)
     equidistant     r = f psi (1 + k1 psi^2 + k2 psi^4 + k3 psi^6 + k4 psi^8)

@@ -8,6 +8,7 @@ from designer.evaluate.depth import depth_error_map, noise_mm_of, point_covarian
 from designer.evaluate.focus import focus_of_design
 from designer.evaluate.resolution import image_zones
 from designer.evaluate.score import depth_score, evaluate_design
+from designer.files import InputError
 from designer.optics.image_law import image_law_of
 from designer.trace.aiming import exit_lines, project
 from designer.trace.image_law import image_radius, pinhole_angle, sensor_places, stretches
@@ -135,3 +136,11 @@ def test_the_score_reads_zones_and_rims_by_the_law(law):
         np.testing.assert_allclose(score.zones_px[view], zone, rtol=1e-6)
         inner, outer = score.rims_px[view]
         assert inner < zone[0] < zone[1] < outer
+
+
+def test_a_law_that_ends_before_the_image_circle_is_refused_by_the_score():
+    camera = {"projection": "equidistant", "distortion": (-1.0,)}
+    with pytest.raises(InputError, match=r"^camera\.distortion: the image radius rises up to .* mm only, at 32\.1"):
+        evaluate_design(with_camera(wide_design("equidistant"), **camera))
+    with pytest.raises(InputError, match=r"^camera\.projection: the image radius rises up to .* at 85 degrees"):
+        evaluate_design(with_camera(wide_design("equisolid"), focal_length_mm=1.5))

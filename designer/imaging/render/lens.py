@@ -17,6 +17,7 @@ from scipy import fft
 from designer.design import Camera
 from designer.imaging.render.textures import Floats
 from designer.optics.illumination import relative_illumination
+from designer.trace.image_law import is_perspective
 
 Array = NDArray[np.float64]
 
@@ -85,7 +86,8 @@ def describe_lens(camera: Camera) -> str:
     """The lens in words: its engraved focal length, f-number, and focus distance from the entrance pupil."""
     nominal = 2.0 * camera.pupil_radius_mm * camera.f_number
     focus = f"{camera.focus_distance_mm:.4g} mm" if camera.focus_distance_mm else "infinity"
-    return f"a lens of {nominal:.4g} mm, f/{camera.f_number:.3g}, focused at {focus}"
+    law = "" if is_perspective(camera) else f" ({camera.projection}{', distorted' if any(camera.distortion) else ''})"
+    return f"a lens of {nominal:.4g} mm{law}, f/{camera.f_number:.3g}, focused at {focus}"
 
 
 def working_f_number(camera: Camera) -> float:
