@@ -159,6 +159,10 @@ class MostFavourableLaw(ImageLaw):
         below = np.searchsorted(angles, angle, side="right") - 1
         return np.maximum(most[below] / np.sin(angle), self._own.ratio_slope(size))
 
+    def stretch(self, half_tangent: Scalar) -> tuple[Scalar, Scalar]:
+        """The lens's own."""
+        return self._own.stretch(half_tangent)
+
     def scale_share(self, half_tangent: Scalar) -> Scalar:
         """The smallest share up to psi."""
         size = np.abs(half_tangent)

@@ -72,6 +72,10 @@ def image_constraints(system: System) -> Iterable[Constraint]:
     steepest = rim if specification.law.is_perspective else pinhole_tangent(half_tangent(outer, 1))
     barrel = specification.lens_radius - system.lens.pupil_diameter / 2.0 - specification.lens_front * steepest
     yield Constraint("lens_barrel", "lens barrel clear of the light", "mm", 1.0, barrel)
+    if not specification.law.is_perspective:
+        # Farther out the image radius may fall again, and lie within the image circle once more.
+        beyond = specification.law.widest - 2.0 * arctan(half_tangent(outer, 1))
+        yield Constraint("lens_field", f"{outer} view within the lens's field", "deg", 1.0, degrees(beyond))
 
 
 def mirror_constraints(system: System) -> Iterable[Constraint]:
