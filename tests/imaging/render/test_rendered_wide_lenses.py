@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 from designer.design import VIEW_NAMES
+from designer.evaluate.depth import depth_error_of_slopes, stereo_pair_of
+from designer.evaluate.noise import MATCHING, Light, rich_texture
+from designer.evaluate.predicted_noise import Conditions, noise_model
 from designer.imaging.endtoend.check import CheckOptions, check_design
 from designer.imaging.render.camera_rays import on_sensor, ray_directions, sample_places
 from designer.imaging.render.dots import project_points, render_dots, traced_spot
@@ -18,6 +21,7 @@ from designer.imaging.render.textures import Texture
 from designer.imaging.stereo.illumination import brightening
 from designer.imaging.stereo.panorama import panorama_grid, view_images
 from designer.imaging.stereo.placement import view_image
+from designer.optics.focus import lens_of_camera, light_path_of_design
 from designer.optics.image_law import image_law_of
 from designer.trace.first_hit import Status, trace_first_hits
 from designer.trace.image_law import image_radius
@@ -160,6 +164,25 @@ def test_a_design_for_an_equidistant_lens_is_measured_as_predicted_end_to_end():
     check = check_design(design, CheckOptions(lens=Lens(), seed=2))
     assert check.passed
     assert check.untested == ()
+    # The noise of the calibration scene is what blur, light and texture foretell through the law.
+    assert np.nanmedian(check.noise.table_px / predicted_noise_px(check)) == pytest.approx(1.0, abs=0.2)
     # Read by another law, the same image gives other distances: the check would see it.
     wrong = design.model_copy(update={"camera": design.camera.model_copy(update={"distortion": (0.02,)})})
     assert not check_design(design, CheckOptions(lens=None, samples=1, seed=2, built=wrong)).passed
+
+
+def predicted_noise_px(check) -> np.ndarray:
+    """The predicted noise, alike in both views, at the distances and rows of a check's own measurement."""
+    design, grid = check.rig.design, check.rig.grid
+    camera, pair = design.camera, stereo_pair_of(design)
+    # The detector's own light: its full well at white, whatever the f-number.
+    light = Light(10_000.0, camera.f_number, 8.0)
+    texture = rich_texture(design.working_volume.distance_mm[1])
+    conditions = Conditions(0.0, 1.0, camera.pixel_pitch_mm, 550e-6, 0.88, texture, light, MATCHING["sad"])
+    paths = {name: light_path_of_design(design, name) for name in VIEW_NAMES}
+    model = noise_model(conditions, pair, lens_of_camera(camera), paths)
+    distance = np.exp(check.noise.log_distances)[:, None]
+    upper = np.asarray(grid.slope("upper", np.arange(grid.rows)))[None, :]
+    lower = upper + pair.baseline / distance
+    predicted = depth_error_of_slopes(pair, lower, upper, model(lower, upper, distance))
+    return predicted / depth_error_of_slopes(pair, lower, upper, camera.pixel_pitch_mm)
