@@ -3,7 +3,7 @@
 Variables live in 0..1. Every inequality reads value / scale + slack >= 0 with one slack for all: held at zero the
 program is the design problem, and minimised it finds the point of least largest scaled violation. Which direction
 keeps a pair of leg and solid apart is chosen before a run (``SeparatingDirections``), so every expression stays
-smooth; a program holds all the ``OfferedDirections``, so that runs with different choices share it.
+smooth; the choice is a parameter, so that all runs of a variant share one program.
 
 The solver's vector holds the free variables and the slack; the constraint vector holds the residuals of constraints,
 the clearances, the twins of equalities (their other side) and the goals.
@@ -11,7 +11,6 @@ the clearances, the twins of equalities (their other side) and the goals.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
@@ -22,18 +21,17 @@ from numpy.typing import NDArray
 
 from designer.goals import GOALS
 from designer.optics.clearance import (
-    LegRows,
-    Pairs,
-    SolidRows,
+    LEG_NORMALS,
+    SOLID_NORMALS,
     leg_rows,
-    leg_separation,
+    leg_separations,
     pair_up,
     solid_rows,
-    solid_separation,
+    solid_separations,
 )
-from designer.optimise.constraints import Constraint, constraints_of
+from designer.optimise.constraints import constraints_of
 from designer.optimise.problem import Problem
-from designer.optimise.separating_directions import Groups, OfferedDirections
+from designer.optimise.separating_directions import NearPairs
 from designer.optimise.specification import SPECIFICATION_NAMES, Specification, specification_values
 from designer.optimise.system import System, put_together
 from designer.optimise.variables import VARIABLE_NAMES, VARIABLES, unscaled, with_principal_distance
@@ -105,32 +103,12 @@ class Program:
         return casadi.nlpsol("program", "ipopt", self.expressions, SOLVERS["ipopt"])
 
 
-@dataclass(frozen=True, slots=True)
-class _Symbols:
-    """A variant put together from symbols, whatever directions are offered.
-
-    What a pair has to spare along a direction is built when it is first offered, and kept by direction and row.
-    """
-
-    scaled: Any
-    specification: Specification
-    parameters: Any
-    weights: Any
-    scales: Any
-    system: System
-    constraints: tuple[Constraint, ...]
-    pairs: Pairs
-    legs: LegRows
-    solids: SolidRows
-    known_light: dict[tuple[int, int], Any]
-    known_bodies: dict[tuple[int, int], Any]
-
-
 @lru_cache(maxsize=128)
-def _build_symbols(
-    variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], predicts_noise: bool
-) -> _Symbols:
-    scaled = casadi.SX.sym("scaled", len(free))
+def build_program(
+    variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], predicts_noise: bool, near: NearPairs
+) -> Program:
+    """Build the program of a variant, with the given variables free, that keeps near pairs apart."""
+    scaled, slack = casadi.SX.sym("scaled", len(free)), casadi.SX.sym("slack")
     # A variable without a choice is its lower end, a parameter: no derivatives by it are ever needed.
     position = {name: scaled[i] for i, name in enumerate(free)}
     numbers = casadi.SX.sym("specification", len(SPECIFICATION_NAMES))
@@ -147,47 +125,19 @@ def _build_symbols(
         }
     )
     system = put_together(variant, values, specification)
-    return _Symbols(
-        scaled,
-        specification,
-        casadi.vertcat(numbers, low, high, weights, scales),
-        weights,
-        scales,
-        system,
-        constraints_of(system, dict(fixed)),
-        pair_up(system.layout),
-        leg_rows(system.layout.legs),
-        solid_rows(system.layout.solids),
-        {},
-        {},
-    )
-
-
-@lru_cache(maxsize=512)
-def build_program(
-    variant: Variant,
-    fixed: tuple[tuple[str, float], ...],
-    free: tuple[str, ...],
-    predicts_noise: bool,
-    offered: OfferedDirections,
-) -> Program:
-    """Build the program of a variant, with the given variables free, for the directions offered."""
-    symbols = _build_symbols(variant, fixed, free, predicts_noise)
-    constraints = symbols.constraints
-    slack = casadi.SX.sym("slack")
+    constraints = constraints_of(system, dict(fixed))
     equal = np.array([constraint.equality for constraint in constraints])
     residuals = casadi.vertcat(*(constraint.value / constraint.scale for constraint in constraints))
-    chosen = casadi.SX.sym("chosen", sum(map(len, (*offered.legs, *offered.solids))))
-    clear = _clearance_rows(symbols, offered, chosen)
-    goals = casadi.vertcat(*(goal.expression(symbols.system) for goal in GOALS.values())) / symbols.scales
+    clear, directions = _clearance_rows(system, near)
+    goals = casadi.vertcat(*(goal.expression(system) for goal in GOALS.values())) / scales
     twins = residuals[np.flatnonzero(equal).tolist()] - slack if equal.any() else casadi.SX(0, 1)
     rows = casadi.vertcat(residuals + slack, clear + slack, twins, goals)
-    objective = casadi.dot(symbols.weights, casadi.vertcat(goals, slack))
+    objective = casadi.dot(weights, casadi.vertcat(goals, slack))
     # Rows share most of their geometry; found once, it is computed once, and so are its derivatives.
     shared = casadi.cse(casadi.vertcat(objective, rows))
     expressions = {
-        "x": casadi.vertcat(symbols.scaled, slack),
-        "p": casadi.vertcat(symbols.parameters, chosen),
+        "x": casadi.vertcat(scaled, slack),
+        "p": casadi.vertcat(numbers, low, high, weights, scales, directions),
         "f": shared[0],
         "g": shared[1:],
     }
@@ -198,7 +148,6 @@ def build_program(
 def forget_programs() -> None:
     """Give back the memory of all programs built so far: about two megabytes each."""
     build_program.cache_clear()
-    _build_symbols.cache_clear()
 
 
 def problem_parameters(problem: Problem) -> NDArray[np.float64]:
@@ -207,44 +156,21 @@ def problem_parameters(problem: Problem) -> NDArray[np.float64]:
     return np.concatenate([specification_values(problem.specification), ends[:, 0], ends[:, 1]])
 
 
-def _clearance_rows(symbols: _Symbols, offered: OfferedDirections, chosen: Any) -> Any:
-    """What every pair has to spare along its chosen direction, as a column; one if none is chosen."""
-    pairs, legs, solids = symbols.pairs, symbols.legs, symbols.solids
-    clearance = symbols.specification.clearance
-    of_legs, of_solids = offered.groups
-    count = sum(len(rows) for _, rows in of_legs)
+def _clearance_rows(system: System, near: NearPairs) -> tuple[Any, Any]:
+    """What every near pair has to spare along its direction, as a column, and the symbols that choose the directions.
 
-    def light_along(rows: Sequence[int], direction: int) -> Any:
-        chosen_legs, chosen_solids = zip(*(pairs.leg_solid[row] for row in rows), strict=True)
-        return leg_separation(legs.take(chosen_legs), solids.take(chosen_solids), direction) - clearance
-
-    def bodies_along(rows: Sequence[int], direction: int) -> Any:
-        first, second = zip(*(pairs.solid_solid[row] for row in rows), strict=True)
-        return solid_separation(solids.take(first), solids.take(second), direction) - clearance
-
-    light = _chosen_rows(len(pairs.leg_solid), of_legs, light_along, symbols.known_light, chosen[:count])
-    bodies = _chosen_rows(len(pairs.solid_solid), of_solids, bodies_along, symbols.known_bodies, chosen[count:])
-    near = [bool(directions) for directions in (*offered.legs, *offered.solids)]
-    return casadi.vertcat(light, bodies)[np.flatnonzero(near).tolist()]
-
-
-def _chosen_rows(
-    count: int,
-    groups: Groups,
-    spare_along: Callable[[Sequence[int], int], Any],
-    known: dict[tuple[int, int], Any],
-    chosen: Any,
-) -> Any:
-    """One row for each pair; those along a direction that are not known yet are built at once, as a vector."""
-    spare, begin = casadi.SX.ones(count, 1), 0
-    for direction, rows in groups:
-        weights = chosen[begin : begin + len(rows)]
-        begin += len(rows)
-        unknown = [row for row in rows if (direction, row) not in known]
-        if unknown:
-            built = spare_along(unknown, direction)
-            known.update({(direction, row): built[place] for place, row in enumerate(unknown)})
-        along = casadi.vertcat(*(known[direction, row] for row in rows))
-        # A plain product would turn a direction that is undefined here and not chosen into a NaN.
-        spare[list(rows)] += casadi.if_else(weights, along, 0.0) - weights
-    return spare
+    A pair without a direction has one to spare.
+    """
+    pairs = pair_up(system.layout)
+    legs, solids = leg_rows(system.layout.legs), solid_rows(system.layout.solids)
+    # Row by row, as NearPairs.weights has them.
+    of_legs = casadi.SX.sym("leg_normals", len(LEG_NORMALS) + 2, len(near.legs)).T
+    of_solids = casadi.SX.sym("solid_normals", len(SOLID_NORMALS) + 2, len(near.solids)).T
+    rows = []
+    for weights, separations in (
+        (of_legs, leg_separations(legs, solids, [pairs.leg_solid[row] for row in near.legs], of_legs)),
+        (of_solids, solid_separations(solids, [pairs.solid_solid[row] for row in near.solids], of_solids)),
+    ):
+        is_chosen = casadi.sum2(weights * weights)
+        rows.append(casadi.if_else(is_chosen, separations - system.specification.clearance, 1.0))
+    return casadi.vertcat(*rows), casadi.vertcat(casadi.vec(of_legs.T), casadi.vec(of_solids.T))

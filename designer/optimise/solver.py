@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from designer.goals import GOALS
 from designer.optimise.problem import Array, Problem
 from designer.optimise.program import Program, build_program, problem_parameters
-from designer.optimise.separating_directions import OfferedDirections, SeparatingDirections
+from designer.optimise.separating_directions import NearPairs, SeparatingDirections
 from designer.optimise.variables import VARIABLE_NAMES
 
 SOLVED = "solved"
@@ -34,12 +34,12 @@ class Target:
 class Run:
     """What a run of the solver starts from.
 
-    ``start`` is a point of the unit box, ``scales`` hold a typical size of each goal, ``directions`` are chosen among
-    those ``offered`` by the program.
+    ``start`` is a point of the unit box, ``scales`` hold a typical size of each goal, ``near`` has at least the pairs
+    that ``directions`` keep apart.
     """
 
     problem: Problem
-    offered: OfferedDirections
+    near: NearPairs
     directions: SeparatingDirections
     start: Array
     scales: Sequence[float]
@@ -54,7 +54,7 @@ class Run:
         """The program to solve; built once for all runs that share it."""
         names = tuple(name for name, is_free in zip(VARIABLE_NAMES, self.free, strict=True) if is_free)
         predicts = bool(self.problem.specification.predicted_share)
-        return build_program(self.problem.variant, self.problem.fixed, names, predicts, self.offered)
+        return build_program(self.problem.variant, self.problem.fixed, names, predicts, self.near)
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +132,8 @@ def arguments_of(run: Run, program: Program, target: Target, violation: float | 
 def _parameters(run: Run, target: Target, is_elastic: bool) -> Array:
     """The requirement's numbers, what is minimised, the goals' typical sizes, and the chosen directions."""
     weights = [float(name == target.minimise) for name in GOALS] + [float(is_elastic)]
-    return np.concatenate([problem_parameters(run.problem), weights, run.scales, run.offered.weights(run.directions)])
+    normals = run.near.weights(run.directions)
+    return np.concatenate([problem_parameters(run.problem), weights, run.scales, normals])
 
 
 def _row_bounds(run: Run, program: Program, target: Target, is_elastic: bool) -> tuple[Array, Array]:
