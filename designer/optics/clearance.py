@@ -84,7 +84,7 @@ class FaceRows:
         return maximum(rims, self.bulge(direction))
 
     def bulge(self, direction: tuple[Scalar, Scalar]) -> Scalar:
-        """n . p at the point p nearest to where the face is normal to n; at the outer rim if it bulges the other way."""
+        """The extent at the point nearest to where the face is normal to n; at the outer rim if it bends backwards."""
         across, along = direction
         leaning = -self.side * across
         bending = along * self.surface.curvature

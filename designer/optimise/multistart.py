@@ -17,6 +17,7 @@ from designer.goals import GOALS
 from designer.optics.layout import Layout
 from designer.optimise.problem import Evaluation, Problem, evaluate
 from designer.optimise.separating_directions import (
+    NO_PAIRS,
     NearPairs,
     SeparatingDirections,
     choose_directions,
@@ -87,7 +88,7 @@ class Task:
     lens: Lens
     scales: tuple[float, ...]
     statuses: Counter[str]
-    near: NearPairs = NearPairs((), ())
+    near: NearPairs = NO_PAIRS
 
     def note(self, result: SolverResult) -> SolverResult:
         """Count one result and pass it on."""

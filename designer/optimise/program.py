@@ -6,14 +6,15 @@ keeps a pair of leg and solid apart is chosen before a run (``SeparatingDirectio
 smooth; the choice is a parameter, so that all runs of a variant share one program.
 
 The solver's vector holds the free variables and the slack; the constraint vector holds the residuals of constraints,
-the clearances, the twins of equalities (their other side) and the goals.
+the clearances, the twins of equalities (their other side) and the goals. Where only what fits is sought there are no
+goals: a predicted noise alone is hundreds of operations at each of the volume's nodes.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, Literal
 
 import casadi
 import numpy as np
@@ -33,6 +34,7 @@ from designer.optimise.constraints import constraints_of
 from designer.optimise.problem import Problem
 from designer.optimise.separating_directions import NearPairs
 from designer.optimise.specification import SPECIFICATION_NAMES, Specification, specification_values
+from designer.optimise.symbols import symbolic_numbers, with_numbers
 from designer.optimise.system import System, put_together
 from designer.optimise.variables import VARIABLE_NAMES, VARIABLES, unscaled, with_principal_distance
 from designer.optimise.variants import Variant
@@ -54,9 +56,15 @@ SOLVERS: dict[str, dict[str, Any]] = {
         "print_status": False,
         "print_time": False,
         "show_eval_warnings": False,
+        "expand": True,
+        # Nobody asks it for derivatives by parameters.
+        "no_nlp_grad": True,
+        "calc_lam_p": False,
+        "calc_lam_x": False,
     },
     "ipopt": {
         "print_time": False,
+        "expand": True,
         "error_on_fail": False,
         "show_eval_warnings": False,
         "ipopt": {
@@ -84,13 +92,17 @@ it goes astray is given up, since others start elsewhere. Multipliers alone come
 """
 
 
+Noise = Literal["constant", "predicted"]
+
+
 @dataclass(frozen=True)
 class Program:
-    """A nonlinear program in CasADi's terms, and the layout of its constraint vector."""
+    """A nonlinear program in CasADi's terms, and the layout of its constraint vector: ``goals`` are its last rows."""
 
     expressions: dict[str, Any]
     equalities: NDArray[np.bool_]
     rows: int
+    goals: int
 
     @cached_property
     def solver(self) -> Any:
@@ -103,21 +115,30 @@ class Program:
         return casadi.nlpsol("program", "ipopt", self.expressions, SOLVERS["ipopt"])
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Geometry:
+    """A variant put together from symbols.
+
+    ``function`` takes the scaled variables, the requirement's numbers, the ends of the bounds and the chosen
+    directions; it returns the constraints' residuals, the clearances, and the numbers of the ``system`` that are not
+    constants. ``equal`` tells which residuals are equalities.
+    """
+
+    system: System
+    function: Any
+    equal: NDArray[np.bool_]
+
+
 @lru_cache(maxsize=128)
-def build_program(
-    variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], predicts_noise: bool, near: NearPairs
-) -> Program:
-    """Build the program of a variant, with the given variables free, that keeps near pairs apart."""
-    scaled, slack = casadi.SX.sym("scaled", len(free)), casadi.SX.sym("slack")
+def _build_geometry(
+    variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], near: NearPairs
+) -> _Geometry:
+    scaled = casadi.SX.sym("scaled", len(free))
     # A variable without a choice is its lower end, a parameter: no derivatives by it are ever needed.
     position = {name: scaled[i] for i, name in enumerate(free)}
     numbers = casadi.SX.sym("specification", len(SPECIFICATION_NAMES))
     low, high = casadi.SX.sym("low", len(VARIABLES)), casadi.SX.sym("high", len(VARIABLES))
-    weights, scales = casadi.SX.sym("weights", len(GOALS) + 1), casadi.SX.sym("scales", len(GOALS))
     specification = Specification(*(numbers[i] for i in range(len(SPECIFICATION_NAMES))))
-    if not predicts_noise:
-        # A prediction is hundreds of operations at each of the volume's nodes: none where a number stands for it.
-        specification = replace(specification, predicted_share=0.0)
     values = with_principal_distance(
         {
             variable.name: unscaled(variable, variant, position.get(variable.name, 0.0), low[i], high[i])
@@ -126,28 +147,65 @@ def build_program(
     )
     system = put_together(variant, values, specification)
     constraints = constraints_of(system, dict(fixed))
-    equal = np.array([constraint.equality for constraint in constraints])
     residuals = casadi.vertcat(*(constraint.value / constraint.scale for constraint in constraints))
     clear, directions = _clearance_rows(system, near)
-    goals = casadi.vertcat(*(goal.expression(system) for goal in GOALS.values())) / scales
-    twins = residuals[np.flatnonzero(equal).tolist()] - slack if equal.any() else casadi.SX(0, 1)
-    rows = casadi.vertcat(residuals + slack, clear + slack, twins, goals)
-    objective = casadi.dot(weights, casadi.vertcat(goals, slack))
+    given = [scaled, numbers, low, high, directions]
     # Rows share most of their geometry; found once, it is computed once, and so are its derivatives.
-    shared = casadi.cse(casadi.vertcat(objective, rows))
-    expressions = {
-        "x": casadi.vertcat(scaled, slack),
-        "p": casadi.vertcat(numbers, low, high, weights, scales, directions),
-        "f": shared[0],
-        "g": shared[1:],
-    }
-    equalities = np.concatenate([equal, np.zeros(clear.shape[0], dtype=bool)])
-    return Program(expressions, equalities, rows.shape[0])
+    results = [residuals, clear, casadi.vertcat(*symbolic_numbers(system))]
+    equal = np.array([constraint.equality for constraint in constraints])
+    return _Geometry(system, casadi.Function("geometry", given, results, {"cse": True}), equal)
+
+
+@lru_cache(maxsize=128)
+def _build_goals(geometry: _Geometry, noise: Noise) -> Any:
+    """Every goal as a column, a function of the numbers that a geometry's function returns last."""
+    count = len(symbolic_numbers(geometry.system))
+    symbols = [casadi.MX.sym(f"number_{i}") for i in range(count)]
+    system = with_numbers(geometry.system, symbols)
+    if noise == "constant":
+        # A number that is no symbol spares every operation of the prediction.
+        system = replace(system, specification=replace(system.specification, predicted_share=0.0))
+    goals = casadi.vertcat(*(goal.expression(system) for goal in GOALS.values()))
+    places = {symbol.name(): i for i, symbol in enumerate(symbols)}
+    used = casadi.symvar(goals)
+    function = casadi.Function("goals", used, [goals])
+    numbers = casadi.MX.sym("numbers", count)
+    return casadi.Function("goals_of_system", [numbers], [function(*(numbers[places[each.name()]] for each in used))])
+
+
+@lru_cache(maxsize=512)
+def build_program(
+    variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], near: NearPairs, noise: Noise | None
+) -> Program:
+    """Build the program of a variant, with the given variables free, that keeps near pairs apart.
+
+    Its parameters are the requirement's numbers, the ends of the bounds, what is minimised, the goals' typical sizes,
+    and the chosen directions. ``noise`` is what goals need to know; None for a program without goals.
+    """
+    geometry = _build_geometry(variant, fixed, free, near)
+    given = [geometry.function.size1_in(i) for i in range(1, 5)]
+    sizes = [*given[:3], len(GOALS) + 1, len(GOALS), given[3]]
+    variables, parameters = casadi.MX.sym("variables", len(free) + 1), casadi.MX.sym("parameters", sum(sizes))
+    numbers, low, high, weights, scales, directions = casadi.vertsplit(parameters, [0, *np.cumsum(sizes).tolist()])
+    residuals, clear, measures = geometry.function(variables[:-1], numbers, low, high, directions)
+    slack = variables[-1]
+    equal = np.flatnonzero(geometry.equal).tolist()
+    twins = residuals[equal] - slack if equal else casadi.MX(0, 1)
+    objective, goals = weights[-1] * slack, casadi.MX(0, 1)
+    if noise is not None:
+        goals = _build_goals(geometry, noise)(measures) / scales
+        objective += casadi.dot(weights[:-1], goals)
+    rows = casadi.vertcat(residuals + slack, clear + slack, twins, goals)
+    expressions = {"x": variables, "p": parameters, "f": objective, "g": rows}
+    equalities = np.concatenate([geometry.equal, np.zeros(clear.shape[0], dtype=bool)])
+    return Program(expressions, equalities, rows.shape[0], goals.shape[0])
 
 
 def forget_programs() -> None:
     """Give back the memory of all programs built so far: about two megabytes each."""
     build_program.cache_clear()
+    _build_goals.cache_clear()
+    _build_geometry.cache_clear()
 
 
 def problem_parameters(problem: Problem) -> NDArray[np.float64]:

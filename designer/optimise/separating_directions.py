@@ -61,6 +61,8 @@ class NearPairs:
         return np.concatenate([np.ravel(legs), np.ravel(solids)])
 
 
+NO_PAIRS = NearPairs((), ())
+
 # The last row, of nothing but zeros, stands for ``FAR``.
 _LEG_WEIGHTS = np.pad(normal_weights(LEG_DIRECTIONS, LEG_NORMALS), ((0, 1), (0, 0)))
 _SOLID_WEIGHTS = np.pad(normal_weights(SOLID_DIRECTIONS, SOLID_NORMALS), ((0, 1), (0, 0)))
