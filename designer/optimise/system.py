@@ -40,7 +40,7 @@ class Blur:
     """The blur of one view at one slope of its range (0 lowest, 1 middle, 2 highest) and one distance.
 
     ``reciprocal_depth`` is 1 / z_V of the virtual image in 1/mm. ``along`` and ``across`` are the signed diameters of
-    the blur on the sensor in mm, along the radius and across it; they are one and the same through a perspective lens.
+    the blur on the sensor in mm, along the radius and across it; None for the same through a perspective lens.
     ``image_scale`` is what a radian of elevation measures there on the sensor, mm.
     """
 
@@ -48,13 +48,13 @@ class Blur:
     place: int
     reciprocal_depth: Scalar
     along: Scalar
-    across: Scalar
+    across: Scalar | None
     image_scale: Scalar
 
     @property
     def on_sensor(self) -> Scalar:
         """Diameter of the blur on the sensor, the larger of the two, mm."""
-        if self.along is self.across:
+        if self.across is None:
             return absolute(self.along)
         return maximum(absolute(self.along), absolute(self.across))
 
@@ -169,7 +169,7 @@ def _blurs(
     depths = [reciprocal_image_depth(ray, reciprocal_along_ray(ray.slope, distance)) for distance in distances]
     blurs = [lens.blur(depth) for depth in depths]
     if lens.law.is_perspective:
-        return [Blur(view, place, depth, blur, blur, scale) for depth, blur in zip(depths, blurs, strict=True)]
+        return [Blur(view, place, depth, blur, None, scale) for depth, blur in zip(depths, blurs, strict=True)]
     along, across = lens.law.stretch(ray.half_tangent)
     return [
         Blur(view, place, depth, blur * along, blur * across, scale) for depth, blur in zip(depths, blurs, strict=True)
