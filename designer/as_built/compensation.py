@@ -1,0 +1,67 @@
+"""What a calibration of the image takes out of a built sensor's errors, and what alignment takes out before.
+
+Calibration gives each view a centre, a scale and a turn of its own, those that bring its image places nearest to where
+the design expects them (least squares over the grid, as a target around the sensor would show). Alignment moves one
+mirror along the axis before that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from designer.as_built.dual import Array
+from designer.as_built.merits import Grid, ideal_px
+from designer.as_built.projection import Linear
+from designer.design import VIEW_NAMES, Design, ViewName
+
+CALIBRATED = ("centre to the right (px)", "centre downwards (px)", "scale", "turn (rad)")
+"""What calibration finds for each view, in the order of :func:`calibration_columns`."""
+
+
+def calibration_columns(places_px: Array) -> Array:
+    """How image places (2, n) move, (4, 2, n), per pixel of either centre, relative scale, and radian of turn."""
+    across, down = places_px
+    one, zero = np.ones_like(across), np.zeros_like(across)
+    return np.array([[one, zero], [zero, one], [across, down], [-down, across]])
+
+
+def calibrated(design: Design, grid: Grid, view: ViewName, pixels: Array) -> tuple[Array, Array]:
+    """Image places (2, T, n) after the best calibration of a view, and what it found (4, T)."""
+    expected = ideal_px(design, grid.targets[view])
+    columns = calibration_columns(expected).reshape(4, -1)
+    off = (pixels - expected[:, None]).transpose(1, 0, 2).reshape(pixels.shape[1], -1)
+    found = off @ np.linalg.pinv(columns)
+    taken_out = (found @ columns).reshape(len(found), 2, -1).transpose(1, 0, 2)
+    return pixels - taken_out, found.T
+
+
+def without_calibrated(design: Design, grid: Grid, view: ViewName, changes: Array) -> Array:
+    """What calibration leaves of small changes of image places (k, 2, n)."""
+    columns = calibration_columns(ideal_px(design, grid.targets[view])).reshape(4, -1)
+    flat = changes.reshape(len(changes), -1)
+    return np.asarray((flat - flat @ np.linalg.pinv(columns) @ columns).reshape(changes.shape))
+
+
+def best_alignment(
+    design: Design, grid: Grid, linear: Mapping[ViewName, Linear], pixels: Mapping[ViewName, Array], place: int
+) -> Array:
+    """How far (T,) to move along one parameter so that calibration leaves the least, to first order.
+
+    ``place`` is the parameter's among :func:`designer.as_built.parameters.parameters_of`; image places are (2, T, n).
+    """
+    along = np.concatenate(
+        [without_calibrated(design, grid, name, linear[name].pixels[place][None]).ravel() for name in VIEW_NAMES]
+    )
+    left = np.concatenate(
+        [
+            (calibrated(design, grid, name, pixels[name])[0] - ideal_px(design, grid.targets[name])[:, None])
+            .transpose(1, 0, 2)
+            .reshape(pixels[name].shape[1], -1)
+            for name in VIEW_NAMES
+        ],
+        axis=1,
+    )
+    reach = along @ along
+    return np.zeros(len(left)) if reach == 0.0 else -(left @ along) / reach
