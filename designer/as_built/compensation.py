@@ -1,7 +1,7 @@
 """What a calibration of the image takes out of a built sensor's errors, and what alignment takes out before.
 
 Calibration gives each view a centre, a scale and a turn of its own, those that bring its image places nearest to where
-the design expects them (least squares over the grid, as a target around the sensor would show). Alignment moves one
+the design expects them (least squares over the working volume, as targets all around the sensor would show). Alignment moves one
 mirror along the axis before that.
 """
 
@@ -30,18 +30,18 @@ def calibration_columns(places_px: Array) -> Array:
 def calibrated(design: Design, grid: Grid, view: ViewName, pixels: Array) -> tuple[Array, Array]:
     """Image places (2, T, n) after the best calibration of a view, and what it found (4, T)."""
     expected = ideal_px(design, grid.targets[view])
-    columns = calibration_columns(expected).reshape(4, -1)
+    columns, finder = _calibration(grid, expected)
     off = (pixels - expected[:, None]).transpose(1, 0, 2).reshape(pixels.shape[1], -1)
-    found = off @ np.linalg.pinv(columns)
+    found = off @ finder
     taken_out = (found @ columns).reshape(len(found), 2, -1).transpose(1, 0, 2)
     return pixels - taken_out, found.T
 
 
 def without_calibrated(design: Design, grid: Grid, view: ViewName, changes: Array) -> Array:
     """What calibration leaves of small changes of image places (k, 2, n)."""
-    columns = calibration_columns(ideal_px(design, grid.targets[view])).reshape(4, -1)
+    columns, finder = _calibration(grid, ideal_px(design, grid.targets[view]))
     flat = changes.reshape(len(changes), -1)
-    return np.asarray((flat - flat @ np.linalg.pinv(columns) @ columns).reshape(changes.shape))
+    return np.asarray((flat - flat @ finder @ columns).reshape(changes.shape))
 
 
 def best_alignment(
@@ -63,5 +63,13 @@ def best_alignment(
         ],
         axis=1,
     )
-    reach = along @ along
-    return np.zeros(len(left)) if reach == 0.0 else -(left @ along) / reach
+    weights = np.tile(grid.weights, 4)
+    reach = weights @ along**2
+    return np.zeros(len(left)) if reach == 0.0 else -(left @ (weights * along)) / reach
+
+
+def _calibration(grid: Grid, places_px: Array) -> tuple[Array, Array]:
+    """The columns (4, 2n), and the matrix (2n, 4) that finds their best weighted combination for displacements."""
+    columns = calibration_columns(places_px).reshape(4, -1)
+    root = np.sqrt(np.tile(grid.weights, 2))
+    return columns, np.asarray(root[:, None] * np.linalg.pinv(columns * root))

@@ -17,9 +17,9 @@ from designer.as_built.dual import Array
 from designer.as_built.projection import Projection, Targets, targets_of
 from designer.design import VIEW_NAMES, Design, ViewName
 from designer.evaluate.depth import volume_of
-from designer.optics.view import elevation_tangent, image_half_tangent
+from designer.optics.view import elevation_tangent, image_half_tangent, image_radius, image_radius_slope
 
-# Enough to hold the root mean square of a bias to 1 percent (see the tests).
+# Enough to hold errors to 1 percent, and what calibration leaves of them to 2, for biases up to a tenth (see the tests).
 ELEVATIONS, DISTANCES, AZIMUTHS = 3, 3, 6
 PANORAMA_COLUMNS = 1800
 """Columns of a panorama unless a user asks for others; a row is as high as a column is wide."""
@@ -124,6 +124,27 @@ def merits_of(
             viewpoint_spread_mm=spread,
             blur_px=np.sqrt(blur),
         )
+
+
+def first_order_errors(design: Design, grid: Grid, changes: Mapping[ViewName, Array]) -> tuple[Array, Array]:
+    """Epipolar errors in px and depth biases, both (k, n), to first order in small changes of image places (k, 2, n).
+
+    With r the signed image radius, e the unit vector of the azimuth and e' that across it, an image that moves by u is
+    read dm = (e.u) / (dr/dm) steeper and at an azimuth larger by (e'.u) / r; dD/D = -(D/b) (dm_lower - dm_upper).
+    """
+    camera = design.camera
+    along = np.stack([np.cos(grid.azimuth), np.sin(grid.azimuth)])
+    across = np.stack([-along[1], along[0]])
+    steeper, turned = [], []
+    for name, record in design.views.by_name.items():
+        slope, moved = grid.slopes[name], changes[name] * camera.pixel_pitch_mm
+        radius = image_radius(slope, record.gain, camera.focal_length_mm, record.sense)
+        per_angle = image_radius_slope(slope, record.gain, camera.focal_length_mm, record.sense)
+        steeper.append(np.sum(along * moved, axis=1) * (1.0 + slope**2) / per_angle)
+        turned.append(np.sum(across * moved, axis=1) / radius)
+    upper, lower = steeper
+    epipolar = (turned[0] - turned[1]) * (PANORAMA_COLUMNS / (2.0 * np.pi))
+    return epipolar, grid.distance_mm / design.baseline_mm * (upper - lower)
 
 
 def viewpoint_of(projection: Projection) -> tuple[Array, Array]:
