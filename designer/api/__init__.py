@@ -55,6 +55,7 @@ from designer.api.studies import (
     study,
     sweep,
 )
+from designer.api.tolerances import tolerance
 from designer.files import InputError
 
 __all__ = [
@@ -96,6 +97,7 @@ __all__ = [
     "stereo_rig",
     "study",
     "sweep",
+    "tolerance",
     "trace",
     "trace_rays",
     "write_design",

@@ -1,20 +1,17 @@
 """What a calibration of the image takes out of a built sensor's errors, and what alignment takes out before.
 
 Calibration gives each view a centre, a scale and a turn of its own, those that bring its image places nearest to where
-the design expects them (least squares over the working volume, as targets all around the sensor would show). Alignment moves one
-mirror along the axis before that.
+the design expects them (least squares over the working volume, as targets all around the sensor would show). Alignment
+moves one mirror along the axis for the least depth bias that calibration leaves, as targets at known distances would.
 """
 
 from __future__ import annotations
-
-from collections.abc import Mapping
 
 import numpy as np
 
 from designer.as_built.dual import Array
 from designer.as_built.merits import Grid, ideal_px
-from designer.as_built.projection import Linear
-from designer.design import VIEW_NAMES, Design, ViewName
+from designer.design import Design, ViewName
 
 CALIBRATED = ("centre to the right (px)", "centre downwards (px)", "scale", "turn (rad)")
 """What calibration finds for each view, in the order of :func:`calibration_columns`."""
@@ -44,28 +41,13 @@ def without_calibrated(design: Design, grid: Grid, view: ViewName, changes: Arra
     return np.asarray((flat - flat @ finder @ columns).reshape(changes.shape))
 
 
-def best_alignment(
-    design: Design, grid: Grid, linear: Mapping[ViewName, Linear], pixels: Mapping[ViewName, Array], place: int
-) -> Array:
-    """How far (T,) to move along one parameter so that calibration leaves the least, to first order.
+def best_alignment(grid: Grid, bias: Array, along: Array) -> Array:
+    """How far (T,) to move along one parameter so that the least depth bias (T, n) is left, to first order.
 
-    ``place`` is the parameter's among :func:`designer.as_built.parameters.parameters_of`; image places are (2, T, n).
+    ``along`` (n,) is the derivative of the bias by that parameter. Both are of calibrated images.
     """
-    along = np.concatenate(
-        [without_calibrated(design, grid, name, linear[name].pixels[place][None]).ravel() for name in VIEW_NAMES]
-    )
-    left = np.concatenate(
-        [
-            (calibrated(design, grid, name, pixels[name])[0] - ideal_px(design, grid.targets[name])[:, None])
-            .transpose(1, 0, 2)
-            .reshape(pixels[name].shape[1], -1)
-            for name in VIEW_NAMES
-        ],
-        axis=1,
-    )
-    weights = np.tile(grid.weights, 4)
-    reach = weights @ along**2
-    return np.zeros(len(left)) if reach == 0.0 else -(left @ (weights * along)) / reach
+    reach = grid.weights @ along**2
+    return np.zeros(len(bias)) if reach == 0.0 else -(bias @ (grid.weights * along)) / reach
 
 
 def _calibration(grid: Grid, places_px: Array) -> tuple[Array, Array]:

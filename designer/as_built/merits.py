@@ -19,7 +19,7 @@ from designer.design import VIEW_NAMES, Design, ViewName
 from designer.evaluate.depth import volume_of
 from designer.optics.view import elevation_tangent, image_half_tangent, image_radius, image_radius_slope
 
-# Enough to hold errors to 1 percent, and what calibration leaves of them to 2, for biases up to a tenth (see the tests).
+# Enough to hold errors to 1 percent, and what calibration leaves of them to 2, for biases up to a tenth.
 ELEVATIONS, DISTANCES, AZIMUTHS = 3, 3, 6
 PANORAMA_COLUMNS = 1800
 """Columns of a panorama unless a user asks for others; a row is as high as a column is wide."""
@@ -101,12 +101,10 @@ def displacement_px(design: Design, grid: Grid, view: ViewName, pixels: Array) -
     return rows, _wrapped(grid.azimuth - azimuth) * per_radian
 
 
-def merits_of(
-    design: Design, grid: Grid, pixels: Mapping[ViewName, Array], projections: Mapping[ViewName, Projection]
-) -> Merits:
-    """The merits of systems whose image places (2, T, n) are read as they are, or as a calibration has put them.
+def errors_of(design: Design, grid: Grid, pixels: Mapping[ViewName, Array]) -> tuple[Array, Array]:
+    """Epipolar errors in px and depth biases, both (T, n), of image places (2, T, n) that the design's tables read.
 
-    ``projections`` hold what no calibration of the image changes: rays and blur.
+    The bias is infinite where rays part: there is no depth.
     """
     with np.errstate(all="ignore"):
         (upper, azimuth_upper), (lower, azimuth_lower) = (
@@ -114,14 +112,23 @@ def merits_of(
         )
         epipolar = _wrapped(azimuth_upper - azimuth_lower) * (PANORAMA_COLUMNS / (2.0 * np.pi))
         bias = design.baseline_mm / (lower - upper) / grid.distance_mm - 1.0
-        # Rays that part have no depth: the worst there is.
-        bias = np.where(lower > upper, bias, np.where(np.isnan(lower - upper), np.nan, np.inf))
-        spread = np.maximum(*(viewpoint_of(projections[name])[1] for name in VIEW_NAMES))
+        return epipolar, np.where(lower > upper, bias, np.where(np.isnan(lower - upper), np.nan, np.inf))
+
+
+def merits_of(
+    design: Design, grid: Grid, pixels: Mapping[ViewName, Array], projections: Mapping[ViewName, Projection]
+) -> Merits:
+    """The merits of systems whose image places (2, T, n) are read as they are, or as a calibration has put them.
+
+    ``projections`` hold what no calibration of the image changes: rays and blur.
+    """
+    epipolar, bias = errors_of(design, grid, pixels)
+    with np.errstate(all="ignore"):
         blur = np.maximum(*(projections[name].blur_px ** 2 @ grid.weights for name in VIEW_NAMES))
         return Merits(
             epipolar_px=np.sqrt(epipolar**2 @ grid.weights),
             depth_bias=np.sqrt(bias**2 @ grid.weights),
-            viewpoint_spread_mm=spread,
+            viewpoint_spread_mm=np.maximum(*(viewpoint_of(projections[name])[1] for name in VIEW_NAMES)),
             blur_px=np.sqrt(blur),
         )
 

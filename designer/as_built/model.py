@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from designer.as_built.compensation import best_alignment, calibrated, without_calibrated
 from designer.as_built.dual import Array
-from designer.as_built.merits import Grid, Merits, first_order_errors, grid_of, merits_of
+from designer.as_built.merits import Grid, Merits, errors_of, first_order_errors, grid_of, merits_of
 from designer.as_built.parameters import Parameter, parameters_of
 from designer.as_built.projection import Linear, Projection, linearise, project
 from designer.design import VIEW_NAMES, Design, ViewName
@@ -68,7 +68,7 @@ def perturbable(design: Design) -> Perturbable:
     try:
         linear = {view: linearise(design, view, grid.targets[view]) for view in VIEW_NAMES}
     except ValueError as error:
-        raise InputError(f"{design.configuration}: {error} of the working volume, so nothing can be said of it") from None
+        raise InputError(f"{error} of the working volume, so its tolerances mean nothing") from None
     before = first_order_errors(design, grid, {view: linear[view].pixels for view in VIEW_NAMES})
     left = {view: without_calibrated(design, grid, view, linear[view].pixels) for view in VIEW_NAMES}
     after = first_order_errors(design, grid, left)
@@ -93,8 +93,15 @@ def measure(model: Perturbable, values: Array, align: int | None = None) -> Meas
     )
 
 
-def first_order_bias(model: Perturbable, values: Array) -> Array:
-    """Root mean square depth bias (T,) that calibration leaves, to first order in departures (T, parameters)."""
+def first_order_bias(model: Perturbable, values: Array, align: int | None = None) -> Array:
+    """Root mean square depth bias (T,) that calibration leaves, to first order in departures (T, parameters).
+
+    ``align`` is as for :func:`measure`.
+    """
+    if align is not None:
+        bias = values @ model.depth_bias_left
+        values = values.copy()
+        values[:, align] += best_alignment(model.grid, bias, model.depth_bias_left[align])
     return np.asarray(np.sqrt((values @ model.depth_bias_left) ** 2 @ model.grid.weights))
 
 
@@ -111,15 +118,18 @@ def with_values(design: Design, record: Mapping[str, object]) -> Design:
 def _measure_block(model: Perturbable, values: Array, align: int | None) -> Measured:
     design, grid = model.design, model.grid
     projections = _projections(model, values)
-    pixels = {view: projections[view].pixels for view in VIEW_NAMES}
     if align is not None:
+        _, bias = errors_of(design, grid, _calibrated_pixels(model, projections))
         values = values.copy()
-        values[:, align] += best_alignment(design, grid, model.linear, pixels, align)
+        values[:, align] += best_alignment(grid, bias, model.depth_bias_left[align])
         projections = _projections(model, values)
-        pixels = {view: projections[view].pixels for view in VIEW_NAMES}
-    before = merits_of(design, grid, pixels, projections)
-    left = {view: calibrated(design, grid, view, pixels[view])[0] for view in VIEW_NAMES}
-    return Measured(values, before, replace(merits_of(design, grid, left, projections)))
+    before = merits_of(design, grid, {view: projections[view].pixels for view in VIEW_NAMES}, projections)
+    after = merits_of(design, grid, _calibrated_pixels(model, projections), projections)
+    return Measured(values, before, after)
+
+
+def _calibrated_pixels(model: Perturbable, projections: Mapping[ViewName, Projection]) -> dict[ViewName, Array]:
+    return {view: calibrated(model.design, model.grid, view, projections[view].pixels)[0] for view in VIEW_NAMES}
 
 
 def _projections(model: Perturbable, values: Array) -> dict[ViewName, Projection]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from designer.as_built.compensation import best_alignment, calibrated
+from designer.as_built.compensation import calibrated
 from designer.as_built.merits import (
     PANORAMA_COLUMNS,
     displacement_px,
@@ -22,8 +22,8 @@ from designer.design import VIEW_NAMES, Design
 from designer.evaluate.depth import depth_shift_per_scale, stereo_pair_of
 from designer.imaging.stereo.panorama import DEFAULT_COLUMNS, panorama_grid, view_images
 from designer.trace.pencils import pencil_images
+from support.departures import random_departures
 from support.studied_designs import SHARP_NAMES, sharp_design
-from test_tracing import random_departures
 
 FAMILIES = [SHARP_NAMES[place] for place in (0, 1, 4, 8, 10, 13)]
 
@@ -105,7 +105,9 @@ def test_blur_is_that_of_traced_pencils(name):
         images = pencil_images(design, view, [elevation], [distance])
         depth = images.tangential / np.cos(images.psi)[:, None]
         expected = 2.0 * camera.pupil_radius_mm * camera.focal_length_mm / camera.pixel_pitch_mm
-        assert blur[0, 0] == pytest.approx(float(expected * abs(depth[0, 0] - 1.0 / camera.focus_distance_mm)), rel=1e-5)
+        assert blur[0, 0] == pytest.approx(
+            float(expected * abs(depth[0, 0] - 1.0 / camera.focus_distance_mm)), rel=1e-5
+        )
 
 
 @pytest.mark.parametrize("name", FAMILIES)
@@ -162,7 +164,10 @@ def test_first_order_is_what_small_departures_come_to(name):
     design = sharp_design(name)
     grid = grid_of(design)
     values = random_departures(design, 6) * 1e-5
-    changes = {view: np.einsum("tp,pxn->txn", values, linearise(design, view, grid.targets[view]).pixels) for view in VIEW_NAMES}
+    changes = {
+        view: np.einsum("tp,pxn->txn", values, linearise(design, view, grid.targets[view]).pixels)
+        for view in VIEW_NAMES
+    }
     epipolar, bias = first_order_errors(design, grid, changes)
     merits = measured(design, grid, values)
     assert np.sqrt(epipolar[0] ** 2 @ grid.weights) == pytest.approx(merits.epipolar_px[0], rel=1e-3)
@@ -179,15 +184,3 @@ def test_calibration_finds_a_centre_a_scale_and_a_turn():
     left, found = calibrated(design, grid, "upper", moved[:, None])
     np.testing.assert_allclose(left[:, 0], expected, atol=1e-10)
     np.testing.assert_allclose(found[:, 0], [1.5, -0.7, scale, turn], rtol=1e-9)
-
-
-@pytest.mark.parametrize("name", FAMILIES)
-def test_alignment_puts_a_shifted_mirror_back(name):
-    design = sharp_design(name)
-    grid = grid_of(design)
-    part = design.mirrors[0].name
-    values = departures(design, **{f"{part}__axial_shift_mm": 0.1})
-    place = int(np.argmax(values[0]))
-    linear = {view: linearise(design, view, grid.targets[view]) for view in VIEW_NAMES}
-    pixels = {view: found.pixels for view, found in projections(design, grid, values).items()}
-    assert best_alignment(design, grid, linear, pixels, place)[0] == pytest.approx(-0.1, rel=0.02)

@@ -9,20 +9,13 @@ from designer.as_built.merits import grid_of
 from designer.as_built.parameters import parameters_of, record_of, systems_of, values_of
 from designer.as_built.projection import project
 from designer.as_built.tracing import follow, leave_camera
-from designer.design import VIEW_NAMES, Design
+from designer.design import VIEW_NAMES
 from designer.trace.built import build_as_built
 from designer.trace.bundles import pinhole_directions
 from designer.trace.instrument import build_instrument
 from designer.trace.sequential import trace_sequential
+from support.departures import random_departures
 from support.studied_designs import SHARP_NAMES, sharp_design
-
-STEPS = {"mm": 0.1, "deg": 0.1, "1/m": 0.05, "": 0.005}
-
-
-def random_departures(design: Design, seed: int, count: int = 1) -> np.ndarray:
-    """Departures (count, parameters) of ordinary size."""
-    scale = np.array([STEPS[parameter.unit] for parameter in parameters_of(design)])
-    return scale * np.random.default_rng(seed).standard_normal((count, len(scale)))
 
 
 @pytest.mark.parametrize("name", SHARP_NAMES)
