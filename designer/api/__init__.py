@@ -55,7 +55,7 @@ from designer.api.studies import (
     study,
     sweep,
 )
-from designer.api.tolerances import tolerance
+from designer.api.tolerances import built_sensor, tolerance
 from designer.files import InputError
 
 __all__ = [
@@ -64,6 +64,7 @@ __all__ = [
     "InputError",
     "StudyResult",
     "SweepResult",
+    "built_sensor",
     "check",
     "compare",
     "compare_equalisation",

@@ -6,8 +6,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 if TYPE_CHECKING:
+    from designer.as_built.built import BuiltSensor
     from designer.as_built.study import ToleranceStudy
     from designer.design import Design
+
+
+def built_sensor(design: Design) -> BuiltSensor | None:
+    """What the departures of a design's ``as_built`` table do; None if it has none.
+
+    Raises
+    ------
+    InputError
+        A view does not show the whole working volume.
+    """
+    from designer.as_built.built import built_sensor as measure
+
+    return measure(design)
 
 
 def tolerance(

@@ -15,7 +15,7 @@ from designer.as_built.sensitivity import sensitivities
 from designer.as_built.tolerances import GRADES, read_tolerances, tolerance_values, tolerances_of_grade
 from designer.as_built.yields import clopper_pearson, draw, simulate
 from designer.cli import cli
-from designer.design import read_design, write_design
+from designer.design import Design, read_design, write_design
 from designer.files import InputError
 from support import DATA
 from support.studied_designs import SHARP_NAMES, sharp_design
@@ -191,3 +191,43 @@ def test_a_design_that_does_not_show_its_volume_is_refused(tmp_path):
     assert result.exit_code == 2
     assert result.stderr.count("\n") == 1
     assert "view does not show all points of the working volume" in result.stderr
+
+
+def test_trace_and_evaluate_say_that_the_single_viewpoint_is_gone(tmp_path):
+    design = sharp_design(SHARP_NAMES[13])
+    tilt = {"mirrors": {"upper": {"tilt_x_deg": 0.1}}}
+    sensors = {"plain": None, "tilted": tilt, "longer": {"camera": {"principal_distance_departure_mm": 0.1}}}
+    said = {}
+    for name, as_built in sensors.items():
+        path = tmp_path / f"{name}.json"
+        write_design(Design.model_validate({**design.model_dump(by_alias=True), "as_built": as_built}), path)
+        for command in ("trace", "evaluate"):
+            result = CliRunner().invoke(cli, [command, str(path)])
+            assert result.exit_code == 0, result.output
+            said[name, command] = result.stdout
+        said[name] = json.loads(CliRunner().invoke(cli, ["evaluate", "--json", str(path)]).stdout)
+    assert "as_built" not in said["plain"]
+    sensor = api.built_sensor(api.read_design(tmp_path / "tilted.json"))
+    assert api.built_sensor(design) is None
+    # The untouched mirror keeps its viewpoint; that of the tilted one is gone.
+    assert sensor.views["lower"].caustic_mm < 1e-6
+    assert sensor.views["upper"].caustic_mm > 2.0 * sensor.views["upper"].spread_mm > 1e-3
+    assert said["tilted"]["as_built"]["views"]["upper"]["caustic_mm"] == sensor.views["upper"].caustic_mm
+    for command in ("trace", "evaluate"):
+        assert said["tilted", command].startswith(said["plain", command])
+        assert "as built" not in said["plain", command]
+        assert "as built: no single viewpoint any more" in said["tilted", command]
+        assert f"upper view: caustic {sensor.views['upper'].caustic_mm:.3g} mm" in said["tilted", command]
+        assert "as built: each view still has a single viewpoint" in said["longer", command]
+
+
+def test_a_sensor_that_is_blind_is_refused_in_one_line(tmp_path):
+    design = sharp_design(SHARP_NAMES[13])
+    path = tmp_path / "blind.json"
+    as_built = {"mirrors": {"upper": {"tilt_x_deg": 20.0}}, "camera": {"tilt_x_deg": -20.0}}
+    write_design(Design.model_validate({**design.model_dump(by_alias=True), "as_built": as_built}), path)
+    for command in ("trace", "evaluate"):
+        result = CliRunner().invoke(cli, [command, str(path)])
+        assert (result.exit_code, result.stdout) == (2, "")
+        (line,) = result.stderr.splitlines()
+        assert "as_built: the upper view does not show all points of the working volume any more" in line
