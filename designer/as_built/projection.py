@@ -44,11 +44,13 @@ class Targets:
 class Projection:
     """Images of n points in T built systems.
 
-    ``pixels`` (2, T, n) from the principal point; ``blur_px`` (T, n) the largest diameter of the blur; ``start`` and
-    ``ahead`` (3, T, n) the rays to the points, from the last mirror. NaN where the mirrors show no such point.
+    ``pixels`` (2, T, n) from the principal point, ``slopes`` (2, T, n) those of the rays at the pinhole in the camera's
+    frame; ``blur_px`` (T, n) the largest diameter of the blur; ``start`` and ``ahead`` (3, T, n) the rays from the last
+    mirror to the points. NaN where the mirrors show no such point.
     """
 
     pixels: Array
+    slopes: Array
     blur_px: Array
     start: Array
     ahead: Array
@@ -99,6 +101,7 @@ def project(
     path = getattr(design.views, view).path
     found = Projection(
         np.empty((2, count, number)),
+        np.empty((2, count, number)),
         np.empty((count, number)),
         np.empty((3, count, number)),
         np.empty((3, count, number)),
@@ -113,6 +116,7 @@ def project(
             slopes = _approach(systems.camera, mirrors, targets, slopes, about_design.by_slope)
         light = aim(systems.camera, mirrors, targets, slopes)
         found.pixels[:, block] = np.stack(_image_of(systems.camera, tuple(light.slopes))) / design.camera.pixel_pitch_mm
+        found.slopes[:, block] = light.slopes
         found.blur_px[block] = _blur_px(design, systems.camera, light.by_place)
         found.start[:, block], found.ahead[:, block] = light.start, light.ahead
     return found

@@ -21,7 +21,10 @@ REJECTED = 1
 @click.command()
 @click.argument("design", type=click.Path(path_type=Path))
 def trace(design: Path) -> None:
-    """Print the ray tracer's verdict on DESIGN.json; exit code 1 if it rejects the design."""
+    """Print the ray tracer's verdict on DESIGN.json; exit code 1 if it rejects the design.
+
+    Of a sensor with departures (as_built) it says what is left of the viewpoints, and rejects parts that collide.
+    """
     from designer.design import read_design
 
     record = read_design(design)
@@ -32,7 +35,7 @@ def trace(design: Path) -> None:
     built = _built(design, record)
     click.echo(describe(verdict))
     _echo_built(built)
-    if not verdict.passed:
+    if not verdict.passed or (built is not None and built.contacts):
         raise SystemExit(REJECTED)
 
 
