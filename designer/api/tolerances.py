@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, get_args
 
 if TYPE_CHECKING:
     from designer.as_built.built import BuiltSensor
+    from designer.as_built.compensation import Calibration
     from designer.as_built.study import ToleranceStudy
     from designer.design import Design
 
@@ -31,6 +32,7 @@ def tolerance(
     trials: int = 10_000,
     seed: int = 0,
     align: str | None = None,
+    calibration: Calibration = "views",
     folder: str | Path | None = None,
 ) -> ToleranceStudy:
     """Perturb a design within tolerances: each departure alone, then many sensors with all of them at random.
@@ -43,6 +45,9 @@ def tolerance(
         How many sensors to trace, and the seed from which they are drawn.
     align
         Name of a mirror that assembly moves along the axis for the best.
+    calibration
+        What calibration finds: centre, scale and turn of each of the ``views``, of the whole ``image`` (which is all
+        that ``designer stereo`` takes), or ``none``.
     folder
         Where to write tables and results, if anywhere.
 
@@ -56,7 +61,7 @@ def tolerance(
 
     is_grade = str(tolerances) in get_args(Grade)
     asked = tolerances_of_grade(str(tolerances)) if is_grade else read_tolerances(Path(tolerances))
-    study = study_tolerances(design, asked, trials, seed, align)
+    study = study_tolerances(design, asked, trials, seed, align, calibration)
     if folder is not None:
         write_study(study, Path(folder))
     return study

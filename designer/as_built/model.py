@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from designer.as_built.compensation import best_alignment, calibrated, without_calibrated
+from designer.as_built.compensation import Calibration, best_alignment, calibrated, left_by_calibration
 from designer.as_built.dual import Array
 from designer.as_built.merits import Grid, Merits, errors_of, first_order_errors, grid_of, merits_of
 from designer.as_built.parameters import Parameter, parameters_of
@@ -37,6 +37,7 @@ class Perturbable:
     parameters: tuple[Parameter, ...]
     grid: Grid
     linear: dict[ViewName, Linear]
+    calibration: Calibration
     noise: float
     epipolar_px: Array
     depth_bias: Array
@@ -56,8 +57,8 @@ class Measured:
     after: Merits
 
 
-def perturbable(design: Design) -> Perturbable:
-    """Prepare a design; its own ``as_built`` table does not count.
+def perturbable(design: Design, calibration: Calibration = "views") -> Perturbable:
+    """Prepare a design for sensors that are calibrated in one way; its own ``as_built`` table does not count.
 
     Raises
     ------
@@ -70,10 +71,11 @@ def perturbable(design: Design) -> Perturbable:
     except ValueError as error:
         raise InputError(f"{error} of the working volume, so its tolerances mean nothing") from None
     before = first_order_errors(design, grid, {view: linear[view].pixels for view in VIEW_NAMES})
-    left = {view: without_calibrated(design, grid, view, linear[view].pixels) for view in VIEW_NAMES}
-    after = first_order_errors(design, grid, left)
+    changes = {view: linear[view].pixels.transpose(1, 0, 2) for view in VIEW_NAMES}
+    left, _ = left_by_calibration(design, grid, changes, calibration)
+    after = first_order_errors(design, grid, {view: left[view].transpose(1, 0, 2) for view in VIEW_NAMES})
     noise = depth_error_rms(stereo_pair_of(design), volume_of(design), noise_mm_of(design), design.scale_uncertainty)
-    return Perturbable(design, parameters_of(design), grid, linear, float(noise), *before, *after)
+    return Perturbable(design, parameters_of(design), grid, linear, calibration, float(noise), *before, *after)
 
 
 def measure(model: Perturbable, values: Array, align: int | None = None) -> Measured:
@@ -129,7 +131,8 @@ def _measure_block(model: Perturbable, values: Array, align: int | None) -> Meas
 
 
 def _calibrated_pixels(model: Perturbable, projections: Mapping[ViewName, Projection]) -> dict[ViewName, Array]:
-    return {view: calibrated(model.design, model.grid, view, projections[view].pixels)[0] for view in VIEW_NAMES}
+    pixels = {view: projections[view].pixels for view in VIEW_NAMES}
+    return calibrated(model.design, model.grid, pixels, model.calibration)
 
 
 def _projections(model: Perturbable, values: Array) -> dict[ViewName, Projection]:

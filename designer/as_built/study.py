@@ -22,6 +22,7 @@ import numpy as np
 from pydantic import JsonValue
 
 from designer import __version__
+from designer.as_built.compensation import Calibration
 from designer.as_built.dual import Array
 from designer.as_built.model import Perturbable, perturbable, with_values
 from designer.as_built.parameters import record_of
@@ -96,7 +97,12 @@ class ToleranceStudy:
 
 
 def study_tolerances(
-    design: Design, tolerances: Tolerances, trials: int, seed: int = 0, align: str | None = None
+    design: Design,
+    tolerances: Tolerances,
+    trials: int,
+    seed: int = 0,
+    align: str | None = None,
+    calibration: Calibration = "views",
 ) -> ToleranceStudy:
     """Measure each departure at its tolerance, and many sensors with all of them.
 
@@ -104,6 +110,8 @@ def study_tolerances(
     ----------
     align
         Name of a mirror that assembly moves along the axis until calibration leaves the least.
+    calibration
+        What calibration finds: centre, scale and turn of each of the ``views``, of the whole ``image``, or ``none``.
 
     Raises
     ------
@@ -112,7 +120,7 @@ def study_tolerances(
     """
     if not 1 <= trials <= MOST_TRIALS:
         raise InputError(f"trials = {trials}: must be from 1 to {MOST_TRIALS}")
-    model = perturbable(design)
+    model = perturbable(design, calibration)
     values = tolerance_values(design, model.parameters, tolerances)
     growth = tolerances.depth_error_growth_percent / 100.0
     moved = None
@@ -203,6 +211,7 @@ def summary(study: ToleranceStudy) -> dict[str, JsonValue]:
         "depth_error_as_designed": study.model.noise,
         "grade": study.tolerances.grade,
         "align": study.align,
+        "calibration": study.model.calibration,
         "yield": as_json(trials.result),
         "percentiles": {
             key: {f"{share:g}": _plain(value) for share, value in zip(PERCENTILES, percentiles(found), strict=True)}

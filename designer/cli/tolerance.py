@@ -10,6 +10,7 @@ import click
 from designer.files import InputError
 
 if TYPE_CHECKING:
+    from designer.as_built.compensation import Calibration
     from designer.as_built.sensitivity import Impact
     from designer.as_built.study import ToleranceStudy
 
@@ -26,6 +27,12 @@ HEADER = (
     "allowed",
 )
 
+CALIBRATED = {
+    "views": "image centre, scale and turn of each view found",
+    "image": "one centre, scale and turn of the whole image found",
+    "none": "nothing found",
+}
+
 
 @click.command()
 @click.argument("design", type=click.Path(path_type=Path), metavar="DESIGN.json")
@@ -33,6 +40,13 @@ HEADER = (
 @click.option("--grade", help="coarse, standard or precision, instead of a file.  [default: standard]")
 @click.option("--trials", type=int, default=10_000, show_default=True, help="Sensors to build and trace.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Random seed of the trials.")
+@click.option(
+    "--calibration",
+    type=click.Choice(["views", "image", "none"]),
+    default="views",
+    show_default=True,
+    help="Whose centre, scale and turn are found: each view's, the whole image's, nobody's.",
+)
 @click.option("--align", metavar="MIRROR", help="Mirror that assembly moves along the axis for the best.")
 @click.option(
     "--write-trial", "numbers", type=int, multiple=True, help="Also write trial N as a design file; may be repeated."
@@ -44,6 +58,7 @@ def tolerance(
     grade: str | None,
     trials: int,
     seed: int,
+    calibration: Calibration,
     align: str | None,
     numbers: tuple[int, ...],
     out: Path,
@@ -59,7 +74,7 @@ def tolerance(
 
     asked = read_tolerances(tolerances) if tolerances is not None else tolerances_of_grade(grade or "standard")
     try:
-        study = study_tolerances(record, asked, trials, seed, align)
+        study = study_tolerances(record, asked, trials, seed, align, calibration)
     except InputError as error:
         raise InputError(f"{design}: {error}") from None
     files = write_study(study, out, numbers)
@@ -84,7 +99,7 @@ def describe(study: ToleranceStudy) -> list[str]:
         "",
         "Each departure alone at its tolerance, the worse of both signs, by growth of the depth error once calibrated:",
         table,
-        f"calibrated: {aligned}each view's image centre, scale and turn found;",
+        f"calibrated: {aligned}{CALIBRATED[study.model.calibration]};",
         "viewpoint: root mean square distance of a view's rays from the point that they pass nearest to;",
         f"allowed: the departure at which it alone lets the calibrated depth error grow by {growth:g} %",
         "",

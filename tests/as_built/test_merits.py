@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from designer.as_built.compensation import calibrated
+from designer.as_built.compensation import calibrated, left_by_calibration
 from designer.as_built.merits import (
     PANORAMA_COLUMNS,
     displacement_px,
@@ -43,10 +43,8 @@ def projections(design, grid, values):
 
 def measured(design, grid, values, calibrate=False):
     found = projections(design, grid, values)
-    pixels = {
-        view: calibrated(design, grid, view, found[view].pixels)[0] if calibrate else found[view].pixels
-        for view in VIEW_NAMES
-    }
+    pixels = {view: found[view].pixels for view in VIEW_NAMES}
+    pixels = calibrated(design, grid, pixels, "views" if calibrate else "none")
     return merits_of(design, grid, pixels, found)
 
 
@@ -174,13 +172,37 @@ def test_first_order_is_what_small_departures_come_to(name):
     assert np.sqrt(bias[0] ** 2 @ grid.weights) == pytest.approx(merits.depth_bias[0], rel=1e-3)
 
 
-def test_calibration_finds_a_centre_a_scale_and_a_turn():
+@pytest.mark.parametrize("calibration", ["views", "image"])
+def test_calibration_finds_a_centre_a_scale_and_a_turn(calibration):
     design = sharp_design(SHARP_NAMES[0])
     grid = grid_of(design)
-    expected = ideal_px(design, grid.targets["upper"])
-    shift, scale, turn = np.array([[1.5], [-0.7]]), 1e-3, 2e-3
-    wave = np.array([[0.0, -1.0], [1.0, 0.0]])
-    moved = expected + shift + scale * expected + turn * wave @ expected
-    left, found = calibrated(design, grid, "upper", moved[:, None])
-    np.testing.assert_allclose(left[:, 0], expected, atol=1e-10)
-    np.testing.assert_allclose(found[:, 0], [1.5, -0.7, scale, turn], rtol=1e-9)
+    amounts = {"upper": (1.5, -0.7, 1e-3, 2e-3), "lower": (-4.2, 0.3, -2e-3, 1e-3)}
+    if calibration == "image":
+        amounts["lower"] = amounts["upper"]
+    off = {}
+    for view, (right, down, scale, turn) in amounts.items():
+        x, y = ideal_px(design, grid.targets[view])
+        off[view] = np.stack([right + scale * x - turn * y, down + scale * y + turn * x])[:, None]
+    left, found = left_by_calibration(design, grid, off, calibration)
+    for view in VIEW_NAMES:
+        np.testing.assert_allclose(left[view], 0.0, atol=1e-10)
+        np.testing.assert_allclose(found[view][:, 0], amounts[view], rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_what_calibration_leaves_is_the_least(name):
+    """No other centre, scale and turn leaves a smaller weighted sum of squares, and two of them leave less than one."""
+    design = sharp_design(name)
+    grid = grid_of(design)
+    found = projections(design, grid, random_departures(design, 7))
+    off = {view: found[view].pixels - ideal_px(design, grid.targets[view])[:, None] for view in VIEW_NAMES}
+
+    def size(part):
+        return sum(np.sum(part[view][:, 0] ** 2 @ grid.weights) for view in VIEW_NAMES)
+
+    left = {kind: left_by_calibration(design, grid, off, kind)[0] for kind in ("none", "image", "views")}
+    assert size(left["views"]) < size(left["image"]) < size(left["none"]) == size(off)
+    for kind in ("image", "views"):
+        again, amounts = left_by_calibration(design, grid, left[kind], kind)
+        assert size(again) == pytest.approx(size(left[kind]), rel=1e-12)
+        assert all(np.abs(amounts[view]).max() < 1e-9 for view in VIEW_NAMES)
