@@ -2,8 +2,8 @@
 
 Calibration finds a centre, a scale and a turn of the image, for each view its own or the same for both: those that
 bring image places nearest to where the design expects them (least squares over the working volume, as targets all
-around the sensor would show). Alignment moves one mirror along the axis for the least depth bias that calibration leaves, as
-targets at known distances would.
+around the sensor would show). Alignment moves one mirror along the axis for the least depth bias that calibration
+leaves, as targets at known distances would.
 """
 
 from __future__ import annotations
