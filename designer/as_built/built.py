@@ -44,15 +44,17 @@ class BuiltView:
 class BuiltSensor:
     """A sensor of the departures that its design file gives, read by the design's own tables.
 
-    ``contacts`` are sentences on solids that penetrate each other. ``epipolar_px`` are columns of a panorama of 1800 by
-    which the two views of a point are apart, ``depth_bias`` the share by which depths are wrong, both root mean squares
-    over the working volume and all azimuths; None where rays part, so that there is no depth. ``_calibrated`` is what
-    is left once each view's image centre, scale and turn are found. ``depth_error`` is that of the design, of noise
-    alone; ``depth_error_calibrated`` that of noise and bias.
+    ``contacts`` are sentences on solids that penetrate each other, ``centres_apart_px`` is the distance between the
+    image centres of the two views. ``epipolar_px`` are columns of a panorama of 1800 by which the two views of a point
+    are apart, ``depth_bias`` the share by which depths are wrong, both root mean squares over the working volume and
+    all azimuths; None where rays part, so that there is no depth. ``_calibrated`` is what is left once each view's
+    image centre, scale and turn are found. ``depth_error`` is that of the design, of noise alone;
+    ``depth_error_calibrated`` that of noise and bias.
     """
 
     views: dict[ViewName, BuiltView]
     contacts: tuple[str, ...]
+    centres_apart_px: float
     epipolar_px: float
     epipolar_px_calibrated: float
     depth_bias: float | None
@@ -85,6 +87,7 @@ def built_sensor(design: Design) -> BuiltSensor | None:
     return BuiltSensor(
         views=views,
         contacts=tuple(built_contacts(design)),
+        centres_apart_px=float(found.centres_apart_px[0]),
         epipolar_px=float(before.epipolar_px[0]),
         epipolar_px_calibrated=float(after.epipolar_px[0]),
         depth_bias=_finite(before.depth_bias[0]),
@@ -119,7 +122,8 @@ def describe_built(sensor: BuiltSensor) -> list[str]:
     )
     lines += [f"  {sentence}" for sentence in sensor.contacts]
     lines += [
-        f"  read by the design's tables: epipolar error {sensor.epipolar_px:.3g} px rms, depth bias {before} rms",
+        f"  read by the design's tables: epipolar error {sensor.epipolar_px:.3g} px rms, depth bias {before} rms; "
+        f"image centres of the views {sensor.centres_apart_px:.3g} px apart",
         f"  with each view's centre, scale and turn calibrated: {sensor.epipolar_px_calibrated:.3g} px, {after};",
         f"  depth error with noise {error}, as designed {100.0 * sensor.depth_error:.3g} %; "
         f"blur {sensor.blur_px:.2g} px rms",

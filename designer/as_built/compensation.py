@@ -61,6 +61,13 @@ def calibrated(
     return {view: expected[view] + left[view] for view in VIEW_NAMES}
 
 
+def centres_apart_px(design: Design, grid: Grid, pixels: Mapping[ViewName, Array]) -> Array:
+    """Distance (T,) between the image centres that calibration finds for the two views of image places (2, T, n)."""
+    off = {view: pixels[view] - ideal_px(design, grid.targets[view])[:, None] for view in VIEW_NAMES}
+    _, found = left_by_calibration(design, grid, off, "views")
+    return np.asarray(np.hypot(*(found["upper"] - found["lower"])[:2]))
+
+
 def best_alignment(grid: Grid, bias: Array, along: Array) -> Array:
     """How far (T,) to move along one parameter so that the least depth bias (T, n) is left, to first order.
 

@@ -10,15 +10,22 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields
 
 import numpy as np
+from pydantic import ValidationError
 
-from designer.as_built.compensation import Calibration, best_alignment, calibrated, left_by_calibration
+from designer.as_built.compensation import (
+    Calibration,
+    best_alignment,
+    calibrated,
+    centres_apart_px,
+    left_by_calibration,
+)
 from designer.as_built.dual import Array
 from designer.as_built.merits import Grid, Merits, errors_of, first_order_errors, grid_of, merits_of
-from designer.as_built.parameters import Parameter, parameters_of
+from designer.as_built.parameters import Parameter, parameters_of, record_of
 from designer.as_built.projection import Linear, Projection, linearise, project
 from designer.design import VIEW_NAMES, Design, ViewName
 from designer.evaluate.depth import depth_error_rms, noise_mm_of, stereo_pair_of, volume_of
-from designer.files import InputError
+from designer.files import InputError, describe_validation_error
 
 # Systems measured together: their image places fill a few MB.
 SYSTEMS_PER_BLOCK = 250
@@ -49,10 +56,12 @@ class Perturbable:
 class Measured:
     """Merits of T systems read by the design's own tables, and by those of a calibrated image.
 
-    ``values`` (T, parameters) are the departures, after alignment if there was one.
+    ``values`` (T, parameters) are the departures, after alignment if there was one; ``centres_apart_px`` (T,) the
+    distance between the image centres of the two views.
     """
 
     values: Array
+    centres_apart_px: Array
     before: Merits
     after: Merits
 
@@ -90,6 +99,7 @@ def measure(model: Perturbable, values: Array, align: int | None = None) -> Meas
         parts = list(pool.map(lambda block: _measure_block(model, block, align), blocks))
     return Measured(
         np.concatenate([part.values for part in parts]),
+        np.concatenate([part.centres_apart_px for part in parts]),
         _joined([part.before for part in parts]),
         _joined([part.after for part in parts]),
     )
@@ -112,9 +122,19 @@ def depth_error(model: Perturbable, depth_bias: Array) -> Array:
     return np.hypot(model.noise, depth_bias)
 
 
-def with_values(design: Design, record: Mapping[str, object]) -> Design:
-    """The design with an ``as_built`` table, validated as its file's would be."""
-    return Design.model_validate({**design.model_dump(by_alias=True), "as_built": record})
+def with_departures(design: Design, values: Array) -> Design:
+    """The design with an ``as_built`` table of departures (parameters,), validated as its file's would be.
+
+    Raises
+    ------
+    InputError
+        No design file can hold such departures.
+    """
+    try:
+        record = record_of(design, values).model_dump()
+        return Design.model_validate({**design.model_dump(by_alias=True), "as_built": record})
+    except ValidationError as error:
+        raise InputError(describe_validation_error("departures", error)) from None
 
 
 def _measure_block(model: Perturbable, values: Array, align: int | None) -> Measured:
@@ -125,9 +145,13 @@ def _measure_block(model: Perturbable, values: Array, align: int | None) -> Meas
         values = values.copy()
         values[:, align] += best_alignment(grid, bias, model.depth_bias_left[align])
         projections = _projections(model, values)
-    before = merits_of(design, grid, {view: projections[view].pixels for view in VIEW_NAMES}, projections)
-    after = merits_of(design, grid, _calibrated_pixels(model, projections), projections)
-    return Measured(values, before, after)
+    pixels = {view: projections[view].pixels for view in VIEW_NAMES}
+    return Measured(
+        values,
+        centres_apart_px(design, grid, pixels),
+        merits_of(design, grid, pixels, projections),
+        merits_of(design, grid, _calibrated_pixels(model, projections), projections),
+    )
 
 
 def _calibrated_pixels(model: Perturbable, projections: Mapping[ViewName, Projection]) -> dict[ViewName, Array]:

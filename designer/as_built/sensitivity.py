@@ -22,9 +22,9 @@ class Impact:
 
     ``tolerance`` and ``allowed`` are in the parameter's unit. ``depth_bias`` is a share, root mean square over the
     working volume; ``growth_after`` the share by which it makes the depth error grow once the sensor is calibrated, and
-    ``allowed`` the departure at which that is the growth asked for; None if that lies beyond a thousand tolerances or
-    where the mirrors no longer show the working volume. ``bias_per_unit`` and ``bias_per_unit_after`` are exact
-    derivatives without departures.
+    ``allowed`` the departure at which that is the growth asked for. It is None if the departure ``is_harmless``, up to
+    a thousand tolerances, or if the mirrors cease to show the working volume before. ``bias_per_unit`` and
+    ``bias_per_unit_after`` are exact derivatives without departures.
     """
 
     parameter: Parameter
@@ -37,6 +37,7 @@ class Impact:
     viewpoint_spread_mm: float
     blur_change_px: float
     allowed: float | None
+    is_harmless: bool
     bias_per_unit: float
     bias_per_unit_after: float
 
@@ -66,6 +67,7 @@ def sensitivities(model: Perturbable, tolerances: Array, growth: float) -> list[
             viewpoint_spread_mm=float(before["viewpoint_spread_mm"][place]),
             blur_change_px=float(before["blur_px"][place] - zero.before.blur_px[0]),
             allowed=float(allowed[place]) if np.isfinite(allowed[place]) else None,
+            is_harmless=bool(np.isposinf(allowed[place])),
             bias_per_unit=float(slope[place]),
             bias_per_unit_after=float(slope_after[place]),
         )
@@ -78,7 +80,8 @@ def allowed_departures(model: Perturbable, growth: float, tolerances: Array, slo
     """The departure (parameters,) of each parameter alone that lets the calibrated depth error grow by a share.
 
     First order gives ``sqrt((1 + growth)^2 - 1)`` times the noise over the bias per unit; the tracer then corrects it,
-    by the worse of both signs. NaN for a departure that is harmless within ``FARTHEST`` tolerances.
+    by the worse of both signs. Infinite for a departure that is harmless within ``FARTHEST`` tolerances, NaN where the
+    mirrors cease to show the working volume before.
     """
     wanted = model.noise * np.sqrt((1.0 + growth) ** 2 - 1.0)
     with np.errstate(all="ignore"):
@@ -93,7 +96,7 @@ def allowed_departures(model: Perturbable, growth: float, tolerances: Array, slo
             if np.all(harmless | (np.abs(ratio - 1.0) < 1e-6)):
                 break
         settled = np.abs(ratio - 1.0) < 1e-2
-    return np.where(harmless | ~settled, np.nan, allowed)
+    return np.where(harmless, np.inf, np.where(settled, allowed, np.nan))
 
 
 def _one_at_a_time(sizes: Array) -> Array:

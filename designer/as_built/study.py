@@ -24,8 +24,7 @@ from pydantic import JsonValue
 from designer import __version__
 from designer.as_built.compensation import Calibration
 from designer.as_built.dual import Array
-from designer.as_built.model import Perturbable, perturbable, with_values
-from designer.as_built.parameters import record_of
+from designer.as_built.model import Perturbable, perturbable, with_departures
 from designer.as_built.sensitivity import Impact, sensitivities
 from designer.as_built.tolerances import Tolerances, tolerance_values
 from designer.as_built.yields import PERCENTILES, Trials, simulate
@@ -65,7 +64,7 @@ class ToleranceStudy:
                 f"{impact.epipolar_px_after:.3f}",
                 percent(impact.depth_bias),
                 percent(impact.depth_bias_after),
-                "any" if impact.allowed is None else f"{impact.allowed:.3g}",
+                "any" if impact.is_harmless else "unknown" if impact.allowed is None else f"{impact.allowed:.3g}",
             )
             for impact in self.impacts
         ]
@@ -87,13 +86,12 @@ class ToleranceStudy:
         Raises
         ------
         InputError
-            There is no such trial.
+            There is no such trial, or its departures are larger than a design file may hold.
         """
         count = self.trials.result.trials
         if not 0 <= number < count:
             raise InputError(f"trial {number}: must be from 0 to {count - 1}")
-        design = self.model.design
-        return with_values(design, record_of(design, self.trials.measured.values[number]).model_dump())
+        return with_departures(self.model.design, self.trials.measured.values[number])
 
 
 def study_tolerances(
@@ -177,6 +175,7 @@ def trials_csv(study: ToleranceStudy) -> str:
         "depth_error_first_order": trials.depth_error_first_order,
         "epipolar_px_before": before.epipolar_px,
         "epipolar_px_after": after.epipolar_px,
+        "centres_apart_px": trials.measured.centres_apart_px,
         "viewpoint_spread_mm": before.viewpoint_spread_mm,
         "blur_px": before.blur_px,
     }
@@ -194,6 +193,7 @@ def summary(study: ToleranceStudy) -> dict[str, JsonValue]:
         "depth_error_after": trials.depth_error_after,
         "epipolar_px_before": trials.measured.before.epipolar_px,
         "epipolar_px_after": trials.measured.after.epipolar_px,
+        "centres_apart_px": trials.measured.centres_apart_px,
         "viewpoint_spread_mm": trials.measured.before.viewpoint_spread_mm,
         "blur_px": trials.measured.before.blur_px,
     }
@@ -244,7 +244,9 @@ def _csv(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return stream.getvalue()
 
 
-def _cell(value: float | None) -> str:
+def _cell(value: float | bool | None) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     return "" if value is None or not np.isfinite(value) else f"{value:.10g}"
 
 

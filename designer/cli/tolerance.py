@@ -92,6 +92,7 @@ def describe(study: ToleranceStudy) -> list[str]:
     table = format_table(HEADER, [_row(impact) for impact in study.impacts], HEADER[1:])
     _, middle_before, worst_before = (_percent(value) for value in percentiles(trials.depth_error_before))
     _, middle, worst = (_percent(value) for value in percentiles(trials.depth_error_after))
+    apart = percentiles(trials.measured.centres_apart_px)
     low, high = (100.0 * end for end in result.interval)
     aligned = "" if study.align is None else f"{study.align} mirror moved along the axis for the best, "
     lines = [
@@ -106,6 +107,7 @@ def describe(study: ToleranceStudy) -> list[str]:
         f"All at once, {result.trials} sensors traced, seed {study.seed}:",
         f"  depth error, median and 95th percentile: {middle_before} and {worst_before} uncalibrated, "
         f"{middle} and {worst} calibrated",
+        f"  distance between the image centres of the two views, likewise: {apart[1]:.3g} and {apart[2]:.3g} px",
         f"  yield (depth error at most {growth:g} % larger): {100.0 * result.value:.1f} %, "
         f"95 % interval {low:.1f} to {high:.1f} %; first order says {100.0 * result.first_order:.1f} %",
     ]
@@ -128,7 +130,7 @@ def _row(impact: Impact) -> tuple[str, ...]:
         _number(100.0 * impact.growth_after, 1),
         _number(impact.viewpoint_spread_mm, 4),
         f"{impact.blur_change_px:+.2f}",
-        "any" if impact.allowed is None else f"{impact.allowed:.3g}{unit}",
+        "any" if impact.is_harmless else "unknown" if impact.allowed is None else f"{impact.allowed:.3g}{unit}",
     )
 
 

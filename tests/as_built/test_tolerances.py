@@ -85,7 +85,8 @@ def test_what_is_allowed_grows_the_depth_error_by_what_was_asked(name):
     assert [impact.growth_after for impact in impacts] == sorted((i.growth_after for i in impacts), reverse=True)
     for impact in impacts:
         place = model.parameters.index(impact.parameter)
-        if impact.allowed is None:
+        if impact.is_harmless:
+            assert impact.allowed is None
             # A change of scale is taken out whole, and so is a plane's shift within itself.
             assert impact.bias_per_unit_after * tolerances[place] < 1e-6 * model.noise
             continue
@@ -135,6 +136,37 @@ def test_alignment_makes_up_for_another_radius():
     values[0, radius] = 1.0
     alone, aligned = measure(model, values), measure(model, values, shift)
     assert aligned.after.depth_bias[0] < 0.05 * alone.after.depth_bias[0]
+
+
+def test_decentres_turned_by_a_sixth_of_a_turn_do_the_same():
+    """The azimuths of the grid are a sixth of a turn apart, and all else is round."""
+    model = perturbable(sharp_design(SHARP_NAMES[5]))
+    values = np.zeros((2, len(model.parameters)))
+    turn = np.array([[0.5, -np.sqrt(0.75)], [np.sqrt(0.75), 0.5]])
+    for part, key, shift in (
+        ("primary", "decentre", np.array([0.1, -0.03])),
+        ("direct", "decentre", np.array([-0.05, 0.08])),
+        ("camera", "shift", np.array([0.02, 0.06])),
+    ):
+        values[:, [place_of(model, part, f"{key}_{axis}_mm") for axis in "xy"]] = shift, turn @ shift
+    found = measure(model, values)
+    for merits in (found.before, found.after):
+        for key in ("epipolar_px", "depth_bias", "viewpoint_spread_mm", "blur_px"):
+            first, second = getattr(merits, key)
+            assert first == pytest.approx(second, rel=1e-9)
+    first, second = found.centres_apart_px
+    assert first == pytest.approx(second, rel=1e-9)
+    assert first > 0.5
+
+
+def test_a_trial_that_no_file_can_hold_is_refused(tmp_path):
+    design = sharp_design(SHARP_NAMES[13])
+    path = own(tmp_path, "[mirrors]\nconic = 10.0\n")
+    study = api.tolerance(design, path, trials=20)
+    assert study.trials.result.blind > 0
+    roundest = int(np.argmax([study.trials.measured.values[:, place_of(study.model, "lower", "conic_departure")]]))
+    with pytest.raises(InputError, match="lies beyond the equator of this ellipsoid"):
+        study.trial(roundest)
 
 
 def test_the_command_and_the_api_write_the_same_tables(tmp_path):
