@@ -44,8 +44,8 @@ class MirrorDeparture(Departure):
 class CameraDeparture(Departure):
     """Where the camera's pinhole sits, how the camera is turned about it, and how its lens images.
 
-    A ray at the angle psi from the camera's own axis is imaged at r = f tan(psi) (1 + k tan(psi)^2), with f the
-    principal distance of the design plus ``principal_distance_departure_mm``, and k the ``radial_distortion``.
+    What the lens would image at the radius r, with the design's principal distance plus
+    ``principal_distance_departure_mm`` for f, is imaged at r (1 + k (r/f)^2), with k the ``radial_distortion``.
     """
 
     shift_x_mm: Shift = 0.0

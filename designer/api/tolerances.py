@@ -60,7 +60,7 @@ def tolerance(
     from designer.as_built.tolerances import Grade, read_tolerances, tolerances_of_grade
 
     is_grade = str(tolerances) in get_args(Grade)
-    asked = tolerances_of_grade(str(tolerances)) if is_grade else read_tolerances(Path(tolerances))
+    asked = tolerances_of_grade(str(tolerances)) if is_grade else read_tolerances(Path(tolerances), design)
     study = study_tolerances(design, asked, trials, seed, align, calibration)
     if folder is not None:
         write_study(study, Path(folder))

@@ -122,17 +122,23 @@ _TOLERANCE_OF = {
 }
 
 
-def read_tolerances(path: Path) -> Tolerances:
-    """Read and validate a tolerance file.
+def read_tolerances(path: Path, design: Design) -> Tolerances:
+    """Read and validate a file of tolerances for a design.
 
     Raises
     ------
     InputError
-        The file cannot be read, is not TOML, or holds something that cannot be: one line says what is allowed.
+        The file cannot be read, is not TOML, holds something that cannot be, or names a mirror that the design does not
+        have: one line says what is allowed.
     """
     text = read_text(path, largest_bytes=1_000_000)
+    names = [mirror.name for mirror in design.mirrors]
     try:
-        return Tolerances.model_validate(tomllib.loads(text))
+        tolerances = Tolerances.model_validate(tomllib.loads(text))
+        for name in tolerances.mirror:
+            if name not in names:
+                raise InputError(f"{path}: mirror.{name}: must be a mirror of the design: {', '.join(names)}")
+        return tolerances
     except ValidationError as error:
         raise InputError(describe_validation_error(path, error)) from None
     except RecursionError:
@@ -157,17 +163,7 @@ def tolerances_of_grade(grade: str) -> Tolerances:
 
 
 def tolerance_values(design: Design, parameters: tuple[Parameter, ...], tolerances: Tolerances) -> Array:
-    """The tolerance (parameters,) of each departure of a design, in its own unit.
-
-    Raises
-    ------
-    InputError
-        The tolerances name a mirror that the design does not have.
-    """
-    names = [mirror.name for mirror in design.mirrors]
-    for name in tolerances.mirror:
-        if name not in names:
-            raise InputError(f"mirror.{name}: the design has no such mirror; its mirrors are {', '.join(names)}")
+    """The tolerance (parameters,) of each departure of a design, in its own unit."""
     return np.array([_tolerance(design, parameter, tolerances) for parameter in parameters])
 
 

@@ -72,7 +72,7 @@ def tolerance(
     from designer.as_built.study import study_tolerances, write_study
     from designer.as_built.tolerances import read_tolerances, tolerances_of_grade
 
-    asked = read_tolerances(tolerances) if tolerances is not None else tolerances_of_grade(grade or "standard")
+    asked = read_tolerances(tolerances, record) if tolerances is not None else tolerances_of_grade(grade or "standard")
     try:
         study = study_tolerances(record, asked, trials, seed, align, calibration)
     except InputError as error:

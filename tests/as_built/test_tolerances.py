@@ -31,7 +31,7 @@ def test_a_file_overrules_its_grade_and_one_mirror_overrules_all(tmp_path):
     design = read_design(DATA / "folded_hypl_hy.json")
     parameters = perturbable(design).parameters
     text = 'grade = "coarse"\n[mirrors]\ntilt_deg = 0.03\n[mirror.direct]\ntilt_deg = 0.01\nradius_percent = 0.1\n'
-    values = tolerance_values(design, parameters, read_tolerances(own(tmp_path, text)))
+    values = tolerance_values(design, parameters, read_tolerances(own(tmp_path, text), design))
     at = {(p.part, p.key): value for p, value in zip(parameters, values, strict=True)}
     assert at["direct", "tilt_x_deg"] == at["direct", "tilt_y_deg"] == 0.01
     assert at["primary", "tilt_x_deg"] == 0.03
@@ -48,13 +48,14 @@ def test_a_file_overrules_its_grade_and_one_mirror_overrules_all(tmp_path):
         ("[mirrors]\ntilt = 0.1", "mirrors.tilt: Extra inputs are not permitted"),
         ("[mirrors]\ntilt_deg = -0.1", "greater than or equal to 0"),
         ("depth_error_growth_percent = 0", "greater than 0"),
+        ("[mirror.lower]\ntilt_deg = 0.1", "mirror.lower: must be a mirror of the design: primary, secondary, direct"),
         ("[camera", "not valid TOML"),
     ],
 )
 def test_bad_files_are_refused_in_one_line(tmp_path, text, said):
     path = own(tmp_path, text)
     with pytest.raises(InputError) as refused:
-        read_tolerances(path)
+        read_tolerances(path, sharp_design(SHARP_NAMES[0]))
     assert str(refused.value).startswith(f"{path}: ")
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
