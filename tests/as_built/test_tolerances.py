@@ -10,7 +10,10 @@ import pytest
 from click.testing import CliRunner
 
 from designer import api
+from designer.as_built.merits import grid_of
 from designer.as_built.model import depth_error, first_order_bias, measure, perturbable
+from designer.as_built.parameters import values_of
+from designer.as_built.projection import project
 from designer.as_built.sensitivity import sensitivities
 from designer.as_built.tolerances import GRADES, read_tolerances, tolerance_values, tolerances_of_grade
 from designer.as_built.yields import clopper_pearson, draw, simulate
@@ -264,3 +267,15 @@ def test_a_sensor_that_is_blind_is_refused_in_one_line(tmp_path):
         assert (result.exit_code, result.stdout) == (2, "")
         (line,) = result.stderr.splitlines()
         assert "as_built: the upper view does not show all points of the working volume any more" in line
+
+
+def test_rays_of_ones_own_meet_the_mirrors_where_they_were_built():
+    design = sharp_design(SHARP_NAMES[13])
+    record = {"mirrors": {"upper": {"tilt_x_deg": 0.5, "decentre_y_mm": 0.2}}, "camera": {"shift_x_mm": 0.1}}
+    built = Design.model_validate({**design.model_dump(by_alias=True), "as_built": record})
+    values = values_of(built)[None]
+    seen = project(design, "upper", grid_of(design).targets["upper"], values)
+    ahead = np.column_stack([*seen.slopes[:, 0], np.ones(seen.slopes.shape[2])])
+    traced = api.trace_rays(built, "upper", ahead / np.linalg.norm(ahead, axis=1)[:, None])
+    np.testing.assert_allclose(traced.point + [0.1, 0.0, 0.0], seen.start[:, 0].T, atol=1e-9)
+    np.testing.assert_allclose(traced.direction, seen.ahead[:, 0].T, atol=1e-11)
