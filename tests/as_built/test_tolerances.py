@@ -277,5 +277,5 @@ def test_rays_of_ones_own_meet_the_mirrors_where_they_were_built():
     seen = project(design, "upper", grid_of(design).targets["upper"], values)
     ahead = np.column_stack([*seen.slopes[:, 0], np.ones(seen.slopes.shape[2])])
     traced = api.trace_rays(built, "upper", ahead / np.linalg.norm(ahead, axis=1)[:, None])
-    np.testing.assert_allclose(traced.point + [0.1, 0.0, 0.0], seen.start[:, 0].T, atol=1e-9)
+    np.testing.assert_allclose(np.add(traced.point, [0.1, 0.0, 0.0]), seen.start[:, 0].T, atol=1e-9)
     np.testing.assert_allclose(traced.direction, seen.ahead[:, 0].T, atol=1e-11)
