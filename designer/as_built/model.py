@@ -5,6 +5,7 @@ What is computed once of a design serves any number of built systems.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields
@@ -95,7 +96,7 @@ def measure(model: Perturbable, values: Array, align: int | None = None) -> Meas
     """
     blocks = [values[low : low + SYSTEMS_PER_BLOCK] for low in range(0, len(values), SYSTEMS_PER_BLOCK)]
     # NumPy leaves the interpreter free while it works on arrays.
-    with ThreadPoolExecutor(2) as pool:
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
         parts = list(pool.map(lambda block: _measure_block(model, block, align), blocks))
     return Measured(
         np.concatenate([part.values for part in parts]),
