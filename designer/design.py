@@ -24,6 +24,7 @@ from pydantic import (
     model_validator,
 )
 
+from designer.departures import AsBuilt, MirrorDeparture
 from designer.files import InputError, describe_validation_error, read_text, write_atomically
 
 # Strict: neither "12.0" nor true is a number.
@@ -52,6 +53,10 @@ class Record(BaseModel):
     model_config = ConfigDict(frozen=True, extra="allow")
 
 
+ONLY_PERSPECTIVE = "departures are known only of perspective lenses without distortion so far"
+"""Why a design cannot be perturbed, or hold departures."""
+
+
 class Camera(Record):
     """Sensor, principal distance and lens barrel.
 
@@ -76,6 +81,11 @@ class Camera(Record):
     """Law of the lens from angle to image radius; r = f tan(psi) if absent."""
     distortion: tuple[Number, ...] = ()
     """Radial distortion k1, k2, ... as in OpenCV's pinhole (perspective) or fisheye (equidistant) model."""
+
+    @property
+    def is_perspective(self) -> bool:
+        """Whether r = f tan(psi)."""
+        return self.projection == "perspective" and not any(self.distortion)
 
     @model_validator(mode="after")
     def _projection_has_its_coefficients(self) -> Self:
@@ -161,6 +171,32 @@ class Mirror(Record):
                     f"(at most {abs(self.radius_mm) / narrowing:g})"
                 )
         return self
+
+
+def built_mirror(mirror: Mirror, departure: MirrorDeparture) -> Mirror:
+    """The mirror with the radius and the conic constant that it was made with; its place is not changed.
+
+    Raises
+    ------
+    ValueError
+        No such surface reaches over the aperture, or the departure does not belong to this kind of mirror.
+    """
+    if mirror.radius_mm is None:
+        if departure.radius_departure_mm or departure.conic_departure:
+            raise ValueError("a plane has no radius and no conic constant to depart from: use curvature_per_m")
+        if not departure.curvature_per_m:
+            return mirror
+        # A plane that is not flat is a sphere of long radius.
+        return Mirror.model_validate(
+            {**mirror.model_dump(), "kind": "ellipsoid", "radius_mm": 1000.0 / departure.curvature_per_m, "conic": 0.0}
+        )
+    if departure.curvature_per_m:
+        raise ValueError("curvature_per_m belongs to planes: give radius_departure_mm")
+    radius = mirror.radius_mm + departure.radius_departure_mm
+    if radius * mirror.radius_mm <= 0:
+        raise ValueError(f"radius_departure_mm must leave the sign of the radius ({mirror.radius_mm:g})")
+    shape = {"radius_mm": radius, "conic": mirror.conic + departure.conic_departure}
+    return Mirror.model_validate({**mirror.model_dump(), **shape})
 
 
 class View(Record):
@@ -249,6 +285,8 @@ class Design(Record):
     """Width asked of a face beyond its used zone; unknown if absent."""
     sharpness: Sharpness | None = None
     """What was asked of the light through the full pupil; absent from records of chief rays alone."""
+    as_built: AsBuilt | None = Field(default=None, exclude_if=lambda value: value is None)
+    """What this one sensor departs from the design by; absent from the design itself."""
     score: dict[str, JsonValue] = {}
     """What the file says of the design's quality, as it stands there; nothing is computed from it."""
 
@@ -268,6 +306,24 @@ class Design(Record):
             for name in view.path:
                 if name not in names:
                     raise ValueError(f"path names mirror {name!r}; the mirrors are {', '.join(names)}")
+        return self
+
+    @model_validator(mode="after")
+    def _departures_fit(self) -> Self:
+        for name, departure in (self.as_built.mirrors if self.as_built else {}).items():
+            mirror = next((mirror for mirror in self.mirrors if mirror.name == name), None)
+            if mirror is None:
+                names = ", ".join(mirror.name for mirror in self.mirrors)
+                raise ValueError(f"as_built.mirrors names {name!r}; the mirrors are {names}")
+            try:
+                built_mirror(mirror, departure)
+            except ValueError as error:
+                reason = error.errors()[0]["msg"] if isinstance(error, ValidationError) else str(error)
+                raise ValueError(f"as_built.mirrors.{name}: {reason.removeprefix('Value error, ')}") from None
+        if self.as_built and not self.camera.is_perspective:
+            raise ValueError(f"as_built: {ONLY_PERSPECTIVE}")
+        if self.as_built and self.camera.focal_length_mm + self.as_built.camera.principal_distance_departure_mm <= 0:
+            raise ValueError("as_built.camera.principal_distance_departure_mm leaves no principal distance")
         return self
 
     def mirror(self, name: str) -> Mirror:

@@ -55,6 +55,7 @@ from designer.api.studies import (
     study,
     sweep,
 )
+from designer.api.tolerances import built_sensor, tolerance
 from designer.files import InputError
 
 __all__ = [
@@ -63,6 +64,7 @@ __all__ = [
     "InputError",
     "StudyResult",
     "SweepResult",
+    "built_sensor",
     "check",
     "compare",
     "compare_equalisation",
@@ -96,6 +98,7 @@ __all__ = [
     "stereo_rig",
     "study",
     "sweep",
+    "tolerance",
     "trace",
     "trace_rays",
     "write_design",

@@ -11,6 +11,7 @@ from designer.cli.table import aligned
 from designer.files import InputError
 
 if TYPE_CHECKING:
+    from designer.as_built.built import BuiltSensor
     from designer.design import Design
     from designer.evaluate.score import DepthScore
 
@@ -20,7 +21,10 @@ REJECTED = 1
 @click.command()
 @click.argument("design", type=click.Path(path_type=Path))
 def trace(design: Path) -> None:
-    """Print the ray tracer's verdict on DESIGN.json; exit code 1 if it rejects the design."""
+    """Print the ray tracer's verdict on DESIGN.json; exit code 1 if it rejects the design.
+
+    Of a sensor with departures (as_built) it says what is left of the viewpoints, and rejects parts that collide.
+    """
     from designer.design import read_design
 
     record = read_design(design)
@@ -28,8 +32,10 @@ def trace(design: Path) -> None:
     from designer.verify.judge import judge
 
     verdict = judge(record)
+    built = _built(design, record)
     click.echo(describe(verdict))
-    if not verdict.passed:
+    _echo_built(built)
+    if not verdict.passed or (built is not None and built.contacts):
         raise SystemExit(REJECTED)
 
 
@@ -62,6 +68,7 @@ def evaluate(design: Path, as_json: bool) -> None:
         raise InputError(f"{design}: {error}") from None
     measured = None if score.depth.second_order_valid else _monte_carlo(geometry)
     focus = focus_table(geometry)
+    built = _built(design, record)
     verdict = judge(record)
     summary = {"baseline_mm": geometry.baseline_mm} | score.as_json()
     if as_json:
@@ -75,6 +82,8 @@ def evaluate(design: Path, as_json: bool) -> None:
             "focus": focus,
             "trace": asdict(verdict),
         }
+        if built is not None:
+            content["as_built"] = asdict(built)
         click.echo(json.dumps(_plain(content), indent=2))
         return
     del summary["fabrication_notes"], summary["focus"]
@@ -86,6 +95,26 @@ def evaluate(design: Path, as_json: bool) -> None:
     if score.fabrication_notes:
         click.echo("\n".join(["before ordering mirrors:", *(f"  - {note}" for note in score.fabrication_notes), ""]))
     click.echo(describe(verdict))
+    _echo_built(built)
+
+
+def _built(path: Path, design: Design) -> BuiltSensor | None:
+    """The sensor as it was built, if the design says how; nothing of it is needed for a design without departures."""
+    if design.as_built is None:
+        return None
+    from designer.as_built.built import built_sensor
+
+    try:
+        return built_sensor(design)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _echo_built(built: BuiltSensor | None) -> None:
+    if built is not None:
+        from designer.as_built.built import describe_built
+
+        click.echo("\n".join(["", *describe_built(built)]))
 
 
 def _what_the_scale_does(depth: DepthScore, uncertainty: float) -> list[str]:

@@ -44,3 +44,5 @@ def export(design: Path, name: str, out: Path) -> None:
     for path in written:
         click.echo(f"{path} written")
     click.echo(f"not in this format: {EXPORTS[name].leaves_out}")
+    if record.as_built is not None:
+        click.echo("the departures of the sensor as built (as_built) are in no format: this is the design without them")

@@ -205,9 +205,21 @@ def check_with_control(design: Design, options: CheckOptions = DEFAULT_OPTIONS) 
 
 
 def record_both_scenes(rig: StereoRig, world: World, options: CheckOptions) -> Recording:
-    """Record the calibration scene and a world with the system as built, and trace what panorama pixels show."""
+    """Record the calibration scene and a world with the system as built, and trace what panorama pixels show.
+
+    A sensor with departures (``as_built``) records the world only: the noise is that of matching, which the design has
+    too, and what the departures add is for the check to show.
+    """
     built, seed = options.built or rig.design, options.seed
     worlds = (calibration_world(rig.design, seed=seed + 1), world)
+    if built.as_built is not None:
+        as_designed = built.model_copy(update={"as_built": None})
+        (raw_of_walls,), (raw,) = (
+            record(system, (scene,), options.detector, options.samples, (its_seed,), options.lens)
+            for system, scene, its_seed in ((as_designed, worlds[0], seed + 1), (built, world, seed))
+        )
+        (points_of_walls,), (points,) = true_points(rig, as_designed, worlds[:1]), true_points(rig, built, worlds[1:])
+        return Recording(world, raw_of_walls, points_of_walls, raw, points)
     raw_of_walls, raw = record(built, worlds, options.detector, options.samples, (seed + 1, seed), options.lens)
     points_of_walls, points = true_points(rig, built, worlds)
     return Recording(world, raw_of_walls, points_of_walls, raw, points)

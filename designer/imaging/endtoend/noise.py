@@ -20,13 +20,13 @@ from designer.evaluate.depth import depth_error_of_slopes, stereo_pair_of
 from designer.imaging.images import Image
 from designer.imaging.render.detector import Detector, expose
 from designer.imaging.render.lens import Lens, default_samples
-from designer.imaging.render.raytracing import ray_directions, render_all
+from designer.imaging.render.raytracing import render_all
 from designer.imaging.render.scenes.world import Array, World, first_surfaces
+from designer.imaging.render.sensor import sensor_of
 from designer.imaging.stereo.matching import ACCURATE_OPTIONS, MatchingOptions, contrast_of
 from designer.imaging.stereo.panorama import AZIMUTH_PADDING
 from designer.imaging.stereo.rig import StereoRig, match_image, sample
 from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
-from designer.trace.instrument import build_instrument
 
 # The standard deviation of a normal distribution is this times its median absolute deviation.
 NORMAL_PER_MAD = 1.4826
@@ -143,11 +143,11 @@ def true_points(rig: StereoRig, built: Design, worlds: Sequence[World]) -> list[
     table = rig.tables["upper"]
     inner = slice(AZIMUTH_PADDING, -AZIMUTH_PADDING)
     u, v = table.u_px[inner].astype(float), table.v_px[inner].astype(float)
-    instrument = build_instrument(built)
-    trace = trace_first_hits(instrument, ray_directions(built.camera, u.ravel(), v.ravel(), None, None))
-    path = instrument.path(built.views.upper.path)
+    sensor = sensor_of(built)
+    trace = trace_first_hits(sensor.instrument, sensor.directions(u.ravel(), v.ravel(), None, None))
+    path = sensor.instrument.path(built.views.upper.path)
     seen = compare_with_path(trace, path).status == Status.OK
-    start, ahead = trace.exit_point[seen].T, trace.exit_direction[seen].T
+    start, ahead = (rays.T for rays in sensor.in_world(trace.exit_point[seen], trace.exit_direction[seen]))
     found = []
     for world in worlds:
         points = np.full((3, u.size), np.nan)

@@ -13,10 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from designer.as_built.parameters import values_of
+from designer.as_built.projection import project as project_built
+from designer.as_built.projection import targets_of
 from designer.design import VIEW_NAMES, Design, ViewName
-from designer.imaging.render.camera_rays import angular_spacing, on_sensor, ray_directions, sample_places
+from designer.imaging.render.camera_rays import angular_spacing, on_sensor, sample_places
 from designer.imaging.render.lens import Pupil, pupil_of
 from designer.imaging.render.scenes.shapes import Sphere
+from designer.imaging.render.sensor import sensor_of
 from designer.imaging.render.textures import Floats
 from designer.trace.aiming import project
 from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
@@ -71,9 +75,9 @@ def render_dots(
     window_px
         Half the width of a window; what a sharp dot needs if not given, and more is needed out of focus.
     """
-    camera = design.camera
-    instrument = build_instrument(design)
-    spacing = angular_spacing(design, instrument)
+    sensor = sensor_of(design)
+    camera, instrument = sensor.camera, sensor.instrument
+    spacing = angular_spacing(design, build_instrument(design))
     pupil = pupil_of(camera) if aperture else None
     image = np.zeros((camera.height_px, camera.width_px), dtype=np.float32)
     half = int(np.ceil(radius_px)) + WINDOW_MARGIN_PX if window_px is None else window_px
@@ -88,14 +92,15 @@ def render_dots(
             on_image = (rows >= 0) & (rows < camera.height_px) & (columns >= 0) & (columns < camera.width_px)
             rows, columns = rows[on_image], columns[on_image]
             across, down, starts = sample_places(rows, columns, samples, pupil, random)
-            trace = trace_first_hits(instrument, ray_directions(camera, across, down, starts, pupil), starts)
+            trace = trace_first_hits(instrument, sensor.directions(across, down, starts, pupil), starts)
             free = compare_with_path(trace, path).status == Status.OK
             angle = float(spacing(np.hypot(*on_sensor(camera, np.array(u), np.array(v)))))
             middle = getattr(design.views, name).viewpoint_mm
             radius = radius_px * angle * float(np.linalg.norm(point - (0.0, 0.0, middle)))
             ball = Sphere((float(point[0]), float(point[1]), float(point[2])), radius)
             lit = np.zeros(free.shape, dtype=np.float32)
-            lit[free] = np.isfinite(ball.distances(trace.exit_point[free].T, trace.exit_direction[free].T))
+            rays = sensor.in_world(trace.exit_point[free], trace.exit_direction[free])
+            lit[free] = np.isfinite(ball.distances(rays[0].T, rays[1].T))
             image[rows, columns] += lit.reshape(-1, samples**2).mean(axis=1)
     return image
 
@@ -103,6 +108,9 @@ def render_dots(
 def project_points(design: Design, view_name: ViewName, points_mm: Array) -> Array:
     """Pixels (m, 2) as (u, v) where the traced mirrors show points (m, 3), apertures ignored; NaN where they cannot."""
     camera, view = design.camera, getattr(design.views, view_name)
+    if design.as_built is not None:
+        found = project_built(design, view_name, targets_of(design, view_name, points_mm), values_of(design)[None])
+        return np.asarray(camera.principal_point_px + found.pixels[:, 0].T)
     x, y, z = points_mm.T
     distance = np.hypot(x, y)
     radius_px = image_radius(camera, project(design, view_name, distance, z)) / camera.pixel_pitch_mm

@@ -10,7 +10,7 @@ seen from the centres alone: with n rays its blur is narrower by 1 / (2 n). Leng
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
 
@@ -18,26 +18,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.design import Camera, Design
-from designer.imaging.render.camera_rays import (
-    Array,
-    angular_spacing,
-    is_in_field,
-    on_sensor,
-    ray_directions,
-    stretched_area,
-)
+from designer.imaging.render.camera_rays import Array, angular_spacing, is_in_field, on_sensor, stretched_area
 from designer.imaging.render.lens import Lens, Pupil, diffract, pupil_of
 from designer.imaging.render.passage import (
     BLACK_PARTS_RADIANCE,
+    UNKNOWN,
     Passage,
     find_passage,
     pencil_terms,
     trace_pupil,
 )
 from designer.imaging.render.scenes.world import World, first_surfaces, radiance
+from designer.imaging.render.sensor import Sensor, sensor_of
 from designer.imaging.render.textures import Floats
 from designer.imaging.render.threads import for_each
-from designer.trace.instrument import Instrument, build_instrument
+from designer.trace.instrument import build_instrument
 
 Pixels = NDArray[np.intp]
 
@@ -85,8 +80,7 @@ class PixelBlock:
 class Optics:
     """What all rays of a design share: its surfaces, its pupil, and what is known of the light's ways."""
 
-    camera: Camera
-    instrument: Instrument
+    sensor: Sensor
     pupil: Pupil
     passage: Passage
     spacing: Callable[[Array], Array]
@@ -94,14 +88,18 @@ class Optics:
     @classmethod
     def of(cls, design: Design) -> Optics:
         """Trace what is needed of a design before any pixel."""
-        instrument, pupil = build_instrument(design), pupil_of(design.camera)
-        passage = find_passage(design, instrument, pupil)
-        return cls(design.camera, instrument, pupil, passage, angular_spacing(design, instrument))
+        sensor, nominal = sensor_of(design), build_instrument(design)
+        passage = find_passage(design, nominal, pupil_of(design.camera))
+        if sensor.built is not None:
+            # What is known of the design's rings of the image says nothing sure of a built sensor's.
+            passage = replace(passage, way_of_ring=np.full_like(passage.way_of_ring, UNKNOWN))
+        return cls(sensor, pupil_of(sensor.camera), passage, angular_spacing(design, nominal))
 
 
 def render_full_aperture(design: Design, worlds: Sequence[World], samples: int, lens: Lens, seed: int) -> list[Floats]:
     """The images (h, w) of worlds through the pupil and a lens; ``samples`` squared rays for each pixel."""
-    camera, optics = design.camera, Optics.of(design)
+    optics = Optics.of(design)
+    camera = optics.sensor.camera
     images = [np.zeros((camera.height_px, camera.width_px), dtype=np.float32) for _ in worlds]
     turn = float(np.random.default_rng(seed).random())
 
@@ -110,7 +108,7 @@ def render_full_aperture(design: Design, worlds: Sequence[World], samples: int, 
             for image, values in zip(images, radiances, strict=True):
                 image[rows, columns] = values
 
-    for_each(work, _blocks(camera, samples**2))
+    for_each(work, _blocks(camera, samples**2, optics.sensor.built is None))
     if lens.wavelength_nm is None:
         return images
     return [diffract(image, camera, lens.wavelength_nm) for image in images]
@@ -124,14 +122,15 @@ def render_block(
     Without diffraction, which needs the whole image. ``turn`` is that of :func:`sample_cells`.
     """
     u, v, starts = sample_cells(block.rows, block.columns, samples, optics.pupil, turn)
-    ahead = ray_directions(optics.camera, u, v, starts, optics.pupil)
-    radii = np.hypot(*on_sensor(optics.camera, u, v))
-    trace = trace_pupil(optics.passage, optics.instrument, radii, ahead, starts)
-    share = lens.transmission(ahead, trace.reflections, stretched_area(optics.camera, radii))
+    sensor = optics.sensor
+    ahead = sensor.directions(u, v, starts, optics.pupil)
+    radii = np.hypot(*on_sensor(sensor.camera, u, v))
+    trace = trace_pupil(optics.passage, sensor.instrument, radii, ahead, starts)
+    share = lens.transmission(ahead, trace.reflections, stretched_area(sensor.camera, radii))
     free = np.flatnonzero(trace.leaves)
     pencil = pencil_terms(optics.passage, trace, radii)[:, free]
     footprint = Footprint.of(optics.spacing(radii[free]), pencil, samples, optics.pupil.radius_mm)
-    points, directions = trace.exit_point[free].T, trace.exit_direction[free].T
+    points, directions = (rays.T for rays in sensor.in_world(trace.exit_point[free], trace.exit_direction[free]))
     for symmetry in block.symmetries:
         radiances = []
         for world in worlds:
@@ -140,7 +139,7 @@ def render_block(
             seen[free] = radiance(world, hits, footprint.at(np.where(hits.surface >= 0, hits.distance, 0.0)))
             seen *= share
             radiances.append(seen.reshape(-1, samples**2).mean(axis=1))
-        yield *_target(optics.camera, block, symmetry), radiances
+        yield *_target(sensor.camera, block, symmetry), radiances
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,19 +202,22 @@ def cell_centres(samples: int) -> tuple[Array, Array]:
     return in_pixel[:, order], spiral
 
 
-def _blocks(camera: Camera, rays_per_pixel: int) -> Iterator[PixelBlock]:
+def _blocks(camera: Camera, rays_per_pixel: int, is_round: bool = True) -> Iterator[PixelBlock]:
     """The pixels that the lens lights: an octant of the image, and what of a quadrant has no octant to reflect.
 
-    Pixels of like azimuth are together: they see the same few shapes.
+    Of a sensor that is not round, all of them. Pixels of like azimuth are together: they see the same few
+    shapes.
     """
     u0, v0 = camera.principal_point_px
-    rows, columns = (grid.ravel() for grid in np.mgrid[0 : int(v0) + 1, 0 : int(u0) + 1])
+    height, width = (int(v0) + 1, int(u0) + 1) if is_round else (camera.height_px, camera.width_px)
+    rows, columns = (grid.ravel() for grid in np.mgrid[0:height, 0:width])
     left, up = u0 - columns, v0 - rows
     lit = is_in_field(camera, columns, rows)
     # Pixel centres fall on pixel centres when x and y are exchanged.
     swaps = (left <= v0) & (up <= u0) & ((u0 - v0) % 1.0 == 0.0)
     step = max(1, RAYS_PER_BLOCK // rays_per_pixel)
-    for chosen, symmetries in ((lit & swaps & (left >= up), OCTANTS), (lit & ~swaps, QUADRANTS)):
+    parts = ((lit & swaps & (left >= up), OCTANTS), (lit & ~swaps, QUADRANTS)) if is_round else ((lit, (IDENTITY,)),)
+    for chosen, symmetries in parts:
         pixels = np.flatnonzero(chosen)
         pixels = pixels[np.argsort(np.arctan2(up[pixels], left[pixels]), kind="stable")]
         for low in range(0, len(pixels), step):

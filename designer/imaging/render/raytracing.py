@@ -27,6 +27,7 @@ from designer.imaging.render.full_aperture import render_full_aperture
 from designer.imaging.render.lens import LOSSLESS, Lens, Pupil, pupil_of
 from designer.imaging.render.passage import BLACK_PARTS_RADIANCE
 from designer.imaging.render.scenes.world import Array, Hits, World, first_surfaces, radiance
+from designer.imaging.render.sensor import Sensor, sensor_of
 from designer.imaging.render.textures import Floats
 from designer.imaging.render.threads import for_each
 from designer.trace.first_hit import FirstHitTrace, Status, compare_with_path, trace_first_hits
@@ -114,50 +115,50 @@ def render_all(
     refuse_too_large(design.camera.width_px, design.camera.height_px)
     if aperture:
         return render_full_aperture(design, worlds, samples, lens or LOSSLESS, seed)
-    camera = design.camera
-    instrument = build_instrument(design)
-    spacing = angular_spacing(design, instrument)
+    sensor = sensor_of(design)
+    camera, instrument = sensor.camera, sensor.instrument
+    spacing = angular_spacing(design, build_instrument(design))
     images = [np.zeros((camera.height_px, camera.width_px), dtype=np.float32) for _ in worlds]
 
     def work(number: int, pixels: tuple[NDArray[np.intp], NDArray[np.intp]]) -> None:
         rows, columns = pixels
         u, v, _ = sample_places(rows, columns, samples, None, np.random.default_rng([seed, number]))
-        ahead = ray_directions(camera, u, v, None, None)
+        ahead = sensor.directions(u, v, None, None)
         trace = trace_first_hits(instrument, ahead)
         radii = np.hypot(*on_sensor(camera, u, v))
         reflections = (trace.sequence >= 0).sum(axis=1)
         share = None if lens is None else lens.transmission(ahead, reflections, stretched_area(camera, radii))
         turn = spacing(radii) / samples
-        for mirror_u, mirror_v in _REFLECTIONS:
+        for mirror_u, mirror_v in _reflections(sensor):
             target = _reflected(camera, rows, columns, mirror_u, mirror_v)
             for image, world in zip(images, worlds, strict=True):
-                seen = _seen(world, trace, turn, mirror_u, mirror_v)
+                seen = _seen(world, sensor, trace, turn, mirror_u, mirror_v)
                 if share is not None:
                     seen *= share
                 image[target] = seen.reshape(-1, samples**2).mean(axis=1)
 
-    for_each(work, _pixel_blocks(camera, samples**2))
+    for_each(work, _pixel_blocks(sensor, samples**2))
     return images
 
 
 def ground_truth(design: Design, world: World) -> GroundTruth:
     """What the central ray of each pixel meets in the world."""
-    camera = design.camera
+    sensor = sensor_of(design)
+    camera, instrument = sensor.camera, sensor.instrument
     shape = (camera.height_px, camera.width_px)
-    instrument = build_instrument(design)
     view = np.full(shape, NO_VIEW, dtype=np.int8)
     point = np.full((*shape, 3), np.nan, dtype=np.float32)
     surface = np.full(shape, -1, dtype=np.int16)
     paths = ((LOWER_VIEW, design.views.lower.path), (UPPER_VIEW, design.views.upper.path))
-    for rows, columns in _pixel_blocks(camera, 1):
-        ahead = ray_directions(camera, columns.astype(float), rows.astype(float), None, None)
+    for rows, columns in _pixel_blocks(sensor, 1):
+        ahead = sensor.directions(columns.astype(float), rows.astype(float), None, None)
         trace = trace_first_hits(instrument, ahead)
         taken = np.full(len(rows), NO_VIEW, dtype=np.int8)
         for number, path in paths:
             taken[compare_with_path(trace, instrument.path(path)).status == Status.OK] = number
-        for mirror_u, mirror_v in _REFLECTIONS:
+        for mirror_u, mirror_v in _reflections(sensor):
             target = _reflected(camera, rows, columns, mirror_u, mirror_v)
-            hits, free = _met(world, trace, mirror_u, mirror_v)
+            hits, free = _met(world, sensor, trace, mirror_u, mirror_v)
             view[target] = taken
             point[target[0][free], target[1][free]] = hits.points.T
             surface[target[0][free], target[1][free]] = hits.surface
@@ -165,14 +166,21 @@ def ground_truth(design: Design, world: World) -> GroundTruth:
     return GroundTruth(view, point, distance, surface)
 
 
-# The mirrors and the camera are round and centred on the image, so a trace in one quadrant of the image holds in
-# the other three, reflected.
+# The mirrors and the camera of a design are round and centred on the image, so a trace in one quadrant of the image
+# holds in the other three, reflected.
 _REFLECTIONS = ((False, False), (True, False), (False, True), (True, True))
 
 
-def _pixel_blocks(camera: Camera, rays_per_pixel: int) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Rows and columns of the pixels of one image quadrant that the lens lights, in blocks."""
-    rows, columns = np.mgrid[0 : (camera.height_px + 1) // 2, 0 : (camera.width_px + 1) // 2]
+def _reflections(sensor: Sensor) -> tuple[tuple[bool, bool], ...]:
+    """How parts of the image that are traced are reflected: right for left or not, top for bottom or not."""
+    return _REFLECTIONS if sensor.built is None else _REFLECTIONS[:1]
+
+
+def _pixel_blocks(sensor: Sensor, rays_per_pixel: int) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """Rows and columns of the pixels that the lens lights and that are traced, in blocks."""
+    camera, half = sensor.camera, sensor.built is None
+    height, width = ((side + 1) // 2 if half else side for side in (camera.height_px, camera.width_px))
+    rows, columns = np.mgrid[0:height, 0:width]
     rows, columns = rows.ravel(), columns.ravel()
     lit = is_in_field(camera, columns, rows)
     rows, columns = rows[lit], columns[lit]
@@ -190,17 +198,20 @@ def _reflected(
     )
 
 
-def _met(world: World, trace: FirstHitTrace, mirror_u: bool, mirror_v: bool) -> tuple[Hits, NDArray[np.intp]]:
+def _met(
+    world: World, sensor: Sensor, trace: FirstHitTrace, mirror_u: bool, mirror_v: bool
+) -> tuple[Hits, NDArray[np.intp]]:
     """The world's surfaces on the rays that leave the sensor, and the indices of those rays."""
     free = np.flatnonzero(trace.status == Status.ESCAPED)
     signs = np.array([-1.0 if mirror_u else 1.0, -1.0 if mirror_v else 1.0, 1.0])[:, None]
-    return first_surfaces(world, trace.exit_point[free].T * signs, trace.exit_direction[free].T * signs), free
+    points, directions = sensor.in_world(trace.exit_point[free], trace.exit_direction[free])
+    return first_surfaces(world, points.T * signs, directions.T * signs), free
 
 
-def _seen(world: World, trace: FirstHitTrace, spacing: Array, mirror_u: bool, mirror_v: bool) -> Floats:
+def _seen(world: World, sensor: Sensor, trace: FirstHitTrace, spacing: Array, mirror_u: bool, mirror_v: bool) -> Floats:
     """Radiance (n,) along traced rays: of the world, or of the black part that stopped the ray."""
     seen = np.full(trace.status.shape, BLACK_PARTS_RADIANCE, dtype=np.float32)
-    hits, free = _met(world, trace, mirror_u, mirror_v)
+    hits, free = _met(world, sensor, trace, mirror_u, mirror_v)
     spread = np.where(np.isfinite(hits.distance), hits.distance, 0.0) * spacing[free]
     seen[free] = radiance(world, hits, spread)
     return seen

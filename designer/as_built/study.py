@@ -1,0 +1,254 @@
+"""The tolerances of one design in full: impacts, yield, provenance; and as files.
+
+A results folder holds ``sensitivity.csv``, ``trials.csv``, a design file for each trial that was asked for, and
+``tolerance.json``, written last.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+import platform
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+from pydantic import JsonValue
+
+from designer import __version__
+from designer.as_built.compensation import Calibration
+from designer.as_built.dual import Array
+from designer.as_built.model import Perturbable, perturbable, with_departures
+from designer.as_built.sensitivity import Impact, sensitivities
+from designer.as_built.tolerances import Tolerances, tolerance_values
+from designer.as_built.yields import PERCENTILES, Trials, simulate
+from designer.design import Design, design_to_json
+from designer.files import InputError, as_json, check_folder, write_atomically
+from designer.notebook_html import html_table, percent
+
+MOST_TRIALS = 1_000_000
+SUMMARY = "tolerance.json"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ToleranceStudy:
+    """What the tolerances of a design come to.
+
+    ``values`` (parameters,) are the tolerances in the units of ``model.parameters``; ``impacts`` the departures one by
+    one, the worst first; ``trials`` sensors with all of them at random.
+    """
+
+    model: Perturbable
+    tolerances: Tolerances
+    values: Array
+    impacts: list[Impact]
+    trials: Trials
+    seed: int
+    align: str | None
+
+    def _repr_html_(self) -> str:
+        """The departures as a table, the worst first."""
+        rows = [
+            (
+                f"{impact.parameter.name} ({impact.parameter.unit})"
+                if impact.parameter.unit
+                else impact.parameter.name,
+                f"{impact.tolerance:.4g}",
+                f"{impact.epipolar_px:.3f}",
+                f"{impact.epipolar_px_after:.3f}",
+                percent(impact.depth_bias),
+                percent(impact.depth_bias_after),
+                "any" if impact.is_harmless else "unknown" if impact.allowed is None else f"{impact.allowed:.3g}",
+            )
+            for impact in self.impacts
+        ]
+        header = (
+            "departure",
+            "tolerance",
+            "epipolar error (px)",
+            "calibrated",
+            "depth bias",
+            "calibrated",
+            "allowed",
+        )
+        caption = f"{self.model.design.configuration}, yield {percent(self.trials.result.value)}"
+        return html_table(caption, header, rows)
+
+    def trial(self, number: int) -> Design:
+        """The design file of one trial, counted from 0: the design with an ``as_built`` table.
+
+        Raises
+        ------
+        InputError
+            There is no such trial, or its departures are larger than a design file may hold.
+        """
+        count = self.trials.result.trials
+        if not 0 <= number < count:
+            raise InputError(f"trial {number}: must be from 0 to {count - 1}")
+        return with_departures(self.model.design, self.trials.measured.values[number])
+
+
+def study_tolerances(
+    design: Design,
+    tolerances: Tolerances,
+    trials: int,
+    seed: int = 0,
+    align: str | None = None,
+    calibration: Calibration = "views",
+) -> ToleranceStudy:
+    """Measure each departure at its tolerance, and many sensors with all of them.
+
+    Parameters
+    ----------
+    align
+        Name of a mirror that assembly moves along the axis until calibration leaves the least.
+    calibration
+        What calibration finds: centre, scale and turn of each of the ``views``, of the whole ``image``, or ``none``.
+
+    Raises
+    ------
+    InputError
+        The design does not show its working volume, or there is no such mirror or number of trials.
+    """
+    if not 1 <= trials <= MOST_TRIALS:
+        raise InputError(f"trials = {trials}: must be from 1 to {MOST_TRIALS}")
+    model = perturbable(design, calibration)
+    values = tolerance_values(design, model.parameters, tolerances)
+    growth = tolerances.depth_error_growth_percent / 100.0
+    moved = None
+    if align is not None:
+        places = [place for place, p in enumerate(model.parameters) if (p.part, p.key) == (align, "axial_shift_mm")]
+        if not places:
+            names = ", ".join(mirror.name for mirror in design.mirrors)
+            raise InputError(f"align = {align!r}: the design has no such mirror; its mirrors are {names}")
+        moved = places[0]
+    impacts = sensitivities(model, values, growth)
+    return ToleranceStudy(
+        model, tolerances, values, impacts, simulate(model, values, growth, trials, seed, moved), seed, align
+    )
+
+
+def write_study(study: ToleranceStudy, folder: Path, written_trials: Sequence[int] = ()) -> list[Path]:
+    """Write the results folder, and a design file for some trials; returns the files.
+
+    Raises
+    ------
+    InputError
+        The folder is a file, or there is no such trial.
+    """
+    designs = {f"trial_{number:06d}.json": design_to_json(study.trial(number)) for number in written_trials}
+    check_folder(folder)
+    content = {
+        "sensitivity.csv": sensitivity_csv(study),
+        "trials.csv": trials_csv(study),
+        **designs,
+        SUMMARY: json.dumps(summary(study), indent=2, allow_nan=False) + "\n",
+    }
+    for name, text in content.items():
+        write_atomically(folder / name, text)
+    return [folder / name for name in content]
+
+
+def sensitivity_csv(study: ToleranceStudy) -> str:
+    """A row for each departure, the worst first, as in :class:`designer.as_built.sensitivity.Impact`."""
+    columns = [key for key in Impact.__dataclass_fields__ if key != "parameter"]
+    rows = [
+        [impact.parameter.part, impact.parameter.key, *(_cell(getattr(impact, column)) for column in columns)]
+        for impact in study.impacts
+    ]
+    return _csv(["part", "departure", *columns], rows)
+
+
+def trials_csv(study: ToleranceStudy) -> str:
+    """A row for each trial: its merits, then its departures."""
+    trials = study.trials
+    before, after = trials.measured.before, trials.measured.after
+    columns = {
+        "depth_error_before": trials.depth_error_before,
+        "depth_error_after": trials.depth_error_after,
+        "depth_error_first_order": trials.depth_error_first_order,
+        "epipolar_px_before": before.epipolar_px,
+        "epipolar_px_after": after.epipolar_px,
+        "centres_apart_px": trials.measured.centres_apart_px,
+        "viewpoint_spread_mm": before.viewpoint_spread_mm,
+        "blur_px": before.blur_px,
+    }
+    table = np.column_stack([*columns.values(), trials.measured.values])
+    names = [f"{parameter.part}.{parameter.key}" for parameter in study.model.parameters]
+    rows = [[str(number), *map(_cell, row)] for number, row in enumerate(table.tolist())]
+    return _csv(["trial", *columns, *names], rows)
+
+
+def summary(study: ToleranceStudy) -> dict[str, JsonValue]:
+    """Everything but the single trials, as JSON."""
+    design, trials = study.model.design, study.trials
+    merits = {
+        "depth_error_before": trials.depth_error_before,
+        "depth_error_after": trials.depth_error_after,
+        "epipolar_px_before": trials.measured.before.epipolar_px,
+        "epipolar_px_after": trials.measured.after.epipolar_px,
+        "centres_apart_px": trials.measured.centres_apart_px,
+        "viewpoint_spread_mm": trials.measured.before.viewpoint_spread_mm,
+        "blur_px": trials.measured.before.blur_px,
+    }
+    impacts = [
+        {
+            "part": impact.parameter.part,
+            "departure": impact.parameter.key,
+            "unit": impact.parameter.unit,
+            **{key: _plain(getattr(impact, key)) for key in Impact.__dataclass_fields__ if key != "parameter"},
+        }
+        for impact in study.impacts
+    ]
+    return {
+        "configuration": design.configuration,
+        "depth_error_as_designed": study.model.noise,
+        "grade": study.tolerances.grade,
+        "align": study.align,
+        "calibration": study.model.calibration,
+        "yield": as_json(trials.result),
+        "percentiles": {
+            key: {f"{share:g}": _plain(value) for share, value in zip(PERCENTILES, percentiles(found), strict=True)}
+            for key, found in merits.items()
+        },
+        "sensitivity": as_json(impacts),
+        "provenance": {
+            "designer": __version__,
+            "versions": {"python": platform.python_version(), "numpy": np.__version__, "scipy": version("scipy")},
+            "command": " ".join(["designer", *sys.argv[1:]]),
+            "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+            "design_sha256": hashlib.sha256(design_to_json(design).encode()).hexdigest(),
+            "tolerances": as_json(study.tolerances.model_dump(exclude_none=True)),
+            "seed": study.seed,
+        },
+    }
+
+
+def percentiles(found: Array) -> list[float]:
+    """The 5th, 50th and 95th percentile; a sensor that is blind counts as the worst."""
+    ordered = np.sort(np.where(np.isnan(found), np.inf, found))
+    return [float(ordered[round((len(ordered) - 1) * share / 100.0)]) for share in PERCENTILES]
+
+
+def _csv(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(rows)
+    return stream.getvalue()
+
+
+def _cell(value: float | bool | None) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return "" if value is None or not np.isfinite(value) else f"{value:.10g}"
+
+
+def _plain(value: float | None) -> float | None:
+    return value if value is not None and np.isfinite(value) else None

@@ -1,0 +1,181 @@
+"""Tolerances of a sensor's parts: three grades, or the engineer's own in a TOML file.
+
+A tolerance is the largest magnitude of a departure. Grades are in the style of the classes of ISO 2768 and ISO 10110:
+round numbers of what a general workshop, a good optical one and a precise one hold. They are nobody's offer.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Literal, get_args
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError
+
+from designer.as_built.dual import Array
+from designer.as_built.parameters import CAMERA, Parameter
+from designer.design import Design
+from designer.files import InputError, describe_validation_error, read_text
+
+Grade = Literal["coarse", "standard", "precision"]
+Tolerance = Annotated[float, Strict(), Field(ge=0.0, le=10.0, allow_inf_nan=False)]
+Percent = Annotated[float, Strict(), Field(gt=0.0, le=1000.0, allow_inf_nan=False)]
+
+
+class Table(BaseModel):
+    """Immutable, and strict about keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class MirrorTolerances(Table):
+    """Tolerances of one mirror, or of all; None leaves a departure to the grade."""
+
+    decentre_mm: Tolerance | None = None
+    tilt_deg: Tolerance | None = None
+    axial_shift_mm: Tolerance | None = None
+    radius_percent: Tolerance | None = None
+    conic: Tolerance | None = None
+    plane_curvature_per_m: Tolerance | None = None
+
+
+class CameraTolerances(Table):
+    """Tolerances of the camera against the head that carries the mirrors, and of its lens."""
+
+    shift_mm: Tolerance | None = None
+    tilt_deg: Tolerance | None = None
+    axial_shift_mm: Tolerance | None = None
+    principal_distance_percent: Tolerance | None = None
+    radial_distortion: Tolerance | None = None
+
+
+class Tolerances(Table):
+    """What a tolerance file holds: a grade, tolerances of all mirrors, of one by its name, and of the camera.
+
+    ``depth_error_growth_percent`` is the growth of the depth error at which a sensor is rejected.
+    """
+
+    grade: Grade = "standard"
+    depth_error_growth_percent: Percent = 10.0
+    mirrors: MirrorTolerances = MirrorTolerances()
+    mirror: dict[str, MirrorTolerances] = {}
+    camera: CameraTolerances = CameraTolerances()
+
+
+GRADES: dict[Grade, tuple[MirrorTolerances, CameraTolerances]] = {
+    "coarse": (
+        MirrorTolerances(
+            decentre_mm=0.1,
+            tilt_deg=0.1,
+            axial_shift_mm=0.1,
+            radius_percent=0.5,
+            conic=0.01,
+            plane_curvature_per_m=0.005,
+        ),
+        CameraTolerances(
+            shift_mm=0.1, tilt_deg=0.1, axial_shift_mm=0.1, principal_distance_percent=1.0, radial_distortion=0.01
+        ),
+    ),
+    "standard": (
+        MirrorTolerances(
+            decentre_mm=0.05,
+            tilt_deg=0.05,
+            axial_shift_mm=0.05,
+            radius_percent=0.2,
+            conic=0.003,
+            plane_curvature_per_m=0.002,
+        ),
+        CameraTolerances(
+            shift_mm=0.05, tilt_deg=0.05, axial_shift_mm=0.05, principal_distance_percent=0.5, radial_distortion=0.003
+        ),
+    ),
+    "precision": (
+        MirrorTolerances(
+            decentre_mm=0.01,
+            tilt_deg=0.01,
+            axial_shift_mm=0.01,
+            radius_percent=0.05,
+            conic=0.001,
+            plane_curvature_per_m=0.0005,
+        ),
+        CameraTolerances(
+            shift_mm=0.01, tilt_deg=0.01, axial_shift_mm=0.01, principal_distance_percent=0.1, radial_distortion=0.001
+        ),
+    ),
+}
+
+# The key of a tolerance for each departure, and how it is counted: in its own unit or in percent of the nominal value.
+_TOLERANCE_OF = {
+    "decentre_x_mm": "decentre_mm",
+    "decentre_y_mm": "decentre_mm",
+    "shift_x_mm": "shift_mm",
+    "shift_y_mm": "shift_mm",
+    "tilt_x_deg": "tilt_deg",
+    "tilt_y_deg": "tilt_deg",
+    "axial_shift_mm": "axial_shift_mm",
+    "radius_departure_mm": "radius_percent",
+    "conic_departure": "conic",
+    "curvature_per_m": "plane_curvature_per_m",
+    "principal_distance_departure_mm": "principal_distance_percent",
+    "radial_distortion": "radial_distortion",
+}
+
+
+def read_tolerances(path: Path, design: Design) -> Tolerances:
+    """Read and validate a file of tolerances for a design.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is not TOML, holds something that cannot be, or names a mirror that the design does not
+        have: one line says what is allowed.
+    """
+    text = read_text(path, largest_bytes=1_000_000)
+    names = [mirror.name for mirror in design.mirrors]
+    try:
+        tolerances = Tolerances.model_validate(tomllib.loads(text))
+        for name in tolerances.mirror:
+            if name not in names:
+                raise InputError(f"{path}: mirror.{name}: must be a mirror of the design: {', '.join(names)}")
+        return tolerances
+    except ValidationError as error:
+        raise InputError(describe_validation_error(path, error)) from None
+    except RecursionError:
+        raise InputError(f"{path}: nested too deeply to be read") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path}: not valid TOML: {error}") from None
+    except ValueError:  # Python refuses to read a whole number of thousands of digits, or a 13th month
+        raise InputError(f"{path}: not valid TOML: a number or date is out of range") from None
+
+
+def tolerances_of_grade(grade: str) -> Tolerances:
+    """The tolerances of a grade.
+
+    Raises
+    ------
+    InputError
+        There is no such grade.
+    """
+    if grade not in get_args(Grade):
+        raise InputError(f"grade = {grade!r}: must be {', '.join(get_args(Grade))}")
+    return Tolerances.model_validate({"grade": grade})
+
+
+def tolerance_values(design: Design, parameters: tuple[Parameter, ...], tolerances: Tolerances) -> Array:
+    """The tolerance (parameters,) of each departure of a design, in its own unit."""
+    return np.array([_tolerance(design, parameter, tolerances) for parameter in parameters])
+
+
+def _tolerance(design: Design, parameter: Parameter, tolerances: Tolerances) -> float:
+    key = _TOLERANCE_OF[parameter.key]
+    of_mirrors, of_camera = GRADES[tolerances.grade]
+    given: list[Table]
+    if parameter.part == CAMERA:
+        given = [tolerances.camera, of_camera]
+        nominal: float | None = design.camera.focal_length_mm
+    else:
+        given = [tolerances.mirror.get(parameter.part, MirrorTolerances()), tolerances.mirrors, of_mirrors]
+        nominal = design.mirror(parameter.part).radius_mm
+    value = float(next(getattr(table, key) for table in given if getattr(table, key) is not None))
+    return value / 100.0 * abs(nominal or 0.0) if key.endswith("_percent") else value

@@ -1,0 +1,145 @@
+"""``designer tolerance``: what a design's tolerances cost, and how many sensors built to them are good."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from designer.files import InputError
+
+if TYPE_CHECKING:
+    from designer.as_built.compensation import Calibration
+    from designer.as_built.sensitivity import Impact
+    from designer.as_built.study import ToleranceStudy
+
+HEADER = (
+    "departure",
+    "tolerance",
+    "epipolar error (px)",
+    "calibrated",
+    "depth bias (%)",
+    "calibrated",
+    "growth (%)",
+    "viewpoint (mm)",
+    "blur (px)",
+    "allowed",
+)
+
+CALIBRATED = {
+    "views": "image centre, scale and turn of each view found",
+    "image": "one centre, scale and turn of the whole image found",
+    "none": "nothing found",
+}
+
+
+@click.command()
+@click.argument("design", type=click.Path(path_type=Path), metavar="DESIGN.json")
+@click.option("--tolerances", type=click.Path(path_type=Path), help="TOML file of tolerances (docs/tolerances.md).")
+@click.option("--grade", help="coarse, standard or precision, instead of a file.  [default: standard]")
+@click.option("--trials", type=int, default=10_000, show_default=True, help="Sensors to build and trace.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Random seed of the trials.")
+@click.option(
+    "--calibration",
+    type=click.Choice(["views", "image", "none"]),
+    default="views",
+    show_default=True,
+    help="Whose centre, scale and turn are found: each view's, the whole image's, nobody's.",
+)
+@click.option("--align", metavar="MIRROR", help="Mirror that assembly moves along the axis for the best.")
+@click.option(
+    "--write-trial", "numbers", type=int, multiple=True, help="Also write trial N as a design file; may be repeated."
+)
+@click.option("-o", "--out", type=click.Path(path_type=Path), required=True, help="Folder for tables and results.")
+def tolerance(
+    design: Path,
+    tolerances: Path | None,
+    grade: str | None,
+    trials: int,
+    seed: int,
+    calibration: Calibration,
+    align: str | None,
+    numbers: tuple[int, ...],
+    out: Path,
+) -> None:
+    """Say what each departure of a sensor built to DESIGN.json does, and how many sensors turn out good."""
+    from designer.design import read_design
+
+    if tolerances is not None and grade is not None:
+        raise InputError("--tolerances and --grade: give one; a file has a key grade of its own")
+    record = read_design(design)
+    from designer.as_built.study import study_tolerances, write_study
+    from designer.as_built.tolerances import read_tolerances, tolerances_of_grade
+
+    asked = read_tolerances(tolerances, record) if tolerances is not None else tolerances_of_grade(grade or "standard")
+    try:
+        study = study_tolerances(record, asked, trials, seed, align, calibration)
+    except InputError as error:
+        raise InputError(f"{design}: {error}") from None
+    files = write_study(study, out, numbers)
+    click.echo("\n".join(describe(study)))
+    click.echo("\n".join(f"{path} written" for path in files))
+
+
+def describe(study: ToleranceStudy) -> list[str]:
+    """The table of departures, and the yield in words."""
+    from designer.as_built.study import percentiles
+    from designer.cli.table import format_table
+
+    result, trials = study.trials.result, study.trials
+    growth = 100.0 * result.growth
+    table = format_table(HEADER, [_row(impact) for impact in study.impacts], HEADER[1:])
+    _, middle_before, worst_before = (_percent(value) for value in percentiles(trials.depth_error_before))
+    _, middle, worst = (_percent(value) for value in percentiles(trials.depth_error_after))
+    apart = percentiles(trials.measured.centres_apart_px)
+    low, high = (100.0 * end for end in result.interval)
+    aligned = "" if study.align is None else f"{study.align} mirror moved along the axis for the best, "
+    lines = [
+        f"{study.model.design.configuration}: depth error {100.0 * study.model.noise:.4g} % as designed",
+        "",
+        "Each departure alone at its tolerance, the worse of both signs, by growth of the depth error once calibrated:",
+        table,
+        f"calibrated: {aligned}{CALIBRATED[study.model.calibration]};",
+        "viewpoint: root mean square distance of a view's rays from the point that they pass nearest to;",
+        f"allowed: the departure at which it alone lets the calibrated depth error grow by {growth:g} %",
+        "",
+        f"All at once, {result.trials} sensors traced, seed {study.seed}:",
+        f"  depth error, median and 95th percentile: {middle_before} and {worst_before} uncalibrated, "
+        f"{middle} and {worst} calibrated",
+        f"  distance between the image centres of the two views, likewise: {apart[1]:.3g} and {apart[2]:.3g} px",
+        f"  yield (depth error at most {growth:g} % larger): {100.0 * result.value:.1f} %, "
+        f"95 % interval {low:.1f} to {high:.1f} %; first order says {100.0 * result.first_order:.1f} %",
+    ]
+    if not result.first_order_holds:
+        lines.append("  first order fails here: the two differ by more than 3 percentage points")
+    if result.blind:
+        lines.append(f"  {result.blind} of them do not show all of the working volume")
+    return [*lines, ""]
+
+
+def _row(impact: Impact) -> tuple[str, ...]:
+    unit = f" {impact.parameter.unit}" if impact.parameter.unit else ""
+    return (
+        impact.parameter.name,
+        f"{impact.tolerance:.4g}{unit}",
+        _number(impact.epipolar_px, 3),
+        _number(impact.epipolar_px_after, 3),
+        _number(100.0 * impact.depth_bias, 3),
+        _number(100.0 * impact.depth_bias_after, 3),
+        _number(100.0 * impact.growth_after, 1),
+        _number(impact.viewpoint_spread_mm, 4),
+        f"{impact.blur_change_px:+.2f}",
+        "any" if impact.is_harmless else "unknown" if impact.allowed is None else f"{impact.allowed:.3g}{unit}",
+    )
+
+
+def _percent(value: float) -> str:
+    return "no depth" if value == float("inf") else f"{100.0 * value:.4g} %"
+
+
+def _number(value: float, decimals: int) -> str:
+    """A number, ``no depth`` where rays part and ``blind`` where the mirrors do not show all points."""
+    if value != value:
+        return "blind"
+    return "no depth" if value == float("inf") else f"{value:.{decimals}f}"
