@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from designer.goals import GOALS
-from designer.report.typst.markup import literal, plain_number, value_range
+from designer.report.typst.markup import literal, plain_number, text, value_range
 from designer.requirement import PREDICTED, Requirement
 from designer.requirement.camera import Camera, Lens
 from designer.requirement.fixed import Fixed
 from designer.requirement.model import Objective
+from designer.requirement.notes import notes_on
 from designer.requirement.part import Part
 from designer.requirement.quantity import NumberOrWord, Quantity
 
@@ -33,6 +34,11 @@ def requirement_groups(asked: Requirement) -> list[tuple[str, Facts]]:
         ("Fixed by the requirement", _fixed(asked.fixed)),
     ]
     return [(title, facts) for title, facts in groups if facts]
+
+
+def requirement_notes(asked: Requirement) -> str:
+    """What a requirement allows but its author may not expect, as Typst markup; nothing if there is nothing."""
+    return "\n\n".join(text(f"Note: {note}.") for note in notes_on(asked))
 
 
 def facts_argument(groups: Iterable[tuple[str | None, Iterable[tuple[str, str]]]]) -> str:

@@ -13,7 +13,7 @@ from designer.goals import GOALS
 from designer.report.content.check_section import check_heading, check_page, unchecked_line
 from designer.report.content.design_facts import design_groups, winner_groups
 from designer.report.content.lens import lens_sentences
-from designer.report.content.requirement import facts_argument, requirement_groups
+from designer.report.content.requirement import facts_argument, requirement_groups, requirement_notes
 from designer.report.content.tables import (
     PAPER_CONFIGURATION,
     closest,
@@ -40,7 +40,6 @@ from designer.report.figures.registry import (
 )
 from designer.report.typst.markup import call, cells, literal, number, plain_number, text, typographic
 from designer.requirement import PREDICTED
-from designer.requirement.notes import notes_on
 from designer.study.ranking import tolerance_in_words
 from designer.study.row import Row
 from designer.study.study import Study
@@ -93,7 +92,7 @@ def title_page(study: Study, note: str = "") -> str:
         verdict(study),
         lenses(study),
         "= Requirement",
-        requirement_notes(study),
+        requirement_notes(study.requirement),
         requirement_table(study),
     ]
     return "\n".join(lines)
@@ -111,11 +110,6 @@ def lenses(study: Study) -> str:
         "decides."
     )
     return f"= Lenses <lenses>\n{note}\n{lens_choice(rows)}"
-
-
-def requirement_notes(study: Study) -> str:
-    """What the requirement allows but its author may not expect; nothing if there is nothing."""
-    return "\n\n".join(text(_sentence(note)) for note in notes_on(study.requirement))
 
 
 def requirement_table(study: Study) -> str:
