@@ -93,7 +93,9 @@ def traced_depths(design: Design, distances, heights, moved_mm: dict[str, float]
 def test_the_depth_error_is_that_of_image_points_moved_and_traced(law):
     design = wide_design(law)
     low, high = np.radians(design.working_volume.elevation_deg)
-    elevations, distances = (grid.ravel() for grid in np.meshgrid(np.linspace(low, high, 7), [1100.0, 2500.0, 4800.0]))
+    near, far = design.working_volume.distance_mm
+    grids = np.meshgrid(np.linspace(low, high, 7), np.geomspace(1.05 * near, 0.95 * far, 3))
+    elevations, distances = (grid.ravel() for grid in grids)
     heights = design.views.middle_mm + distances * np.tan(elevations)
     step = 1e-6
 
