@@ -6,13 +6,14 @@ import pytest
 from designer.design import VIEW_NAMES, Design
 from designer.evaluate.depth import depth_error_map, noise_mm_of, point_covariance, stereo_pair_of
 from designer.evaluate.focus import focus_of_design
+from designer.evaluate.penumbra import zone_rims
 from designer.evaluate.resolution import image_zones
 from designer.evaluate.score import depth_score, evaluate_design
 from designer.files import InputError
 from designer.optics.image_law import image_law_of
 from designer.trace.aiming import exit_lines, project
 from designer.trace.image_law import image_radius, pinhole_angle, sensor_places, stretches
-from designer.trace.instrument import build_instrument
+from designer.trace.instrument import build_instrument, sag
 from designer.trace.pencils import trace_bundles
 from designer.verify.judge import judge
 from designer.verify.light import view_light
@@ -168,3 +169,20 @@ def test_a_law_that_ends_before_the_image_circle_is_refused_by_the_score():
         evaluate_design(with_camera(wide_design("equidistant"), **camera))
     with pytest.raises(InputError, match=r"^camera\.projection: the image radius rises up to .* at 85 degrees"):
         evaluate_design(with_camera(wide_design("equisolid"), focal_length_mm=1.5))
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_penumbrae_lie_where_rays_past_a_rim_land(law):
+    """From either side of the pupil, in the meridional plane, past the rim of each view's first mirror."""
+    design = wide_design(law)
+    camera = design.camera
+    pupil = np.array([-1.0, 1.0]) * camera.pupil_radius_mm
+    for view, rims in zone_rims(design).items():
+        mirror = design.mirror(design.views.by_name[view].path[0])
+        radius = mirror.outer_radius_mm
+        height = mirror.vertex_mm + float(sag(mirror, radius))
+        slopes = (radius - pupil) / height + pupil / camera.focus_distance_mm
+        landed = sensor_places(camera, np.stack([slopes, np.zeros(2)], axis=-1))[:, 0] / camera.pixel_pitch_mm
+        chief = image_radius(camera, np.arctan2(radius, height)) / camera.pixel_pitch_mm
+        assert rims.outer.radius_px == pytest.approx(float(chief), rel=1e-9)
+        assert rims.outer.width_px == pytest.approx(abs(np.diff(landed)[0]), rel=0.01, abs=0.01)
