@@ -18,7 +18,8 @@ from designer.evaluate.fabrication import mirror_shape
 from designer.evaluate.focus import focus_score
 from designer.files import InputError
 from designer.report.content.legible import legible_source
-from designer.report.content.sections import other_projections, source
+from designer.report.content.lens import other_projections
+from designer.report.content.sections import source
 from designer.report.content.tables import excluded, fabrication, ranking
 from designer.report.document import draw_figures, write_pdf
 from designer.report.figures import registry
@@ -370,10 +371,10 @@ def test_a_new_panel_is_one_entry(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 def test_the_method_says_what_another_projection_changes(folder: Path) -> None:
     study = read_study(folder)
-    assert other_projections(study) == ""
+    assert other_projections(study.requirement.camera.lenses) == ""
     fisheye = set_key(study.requirement, "camera.lens.projection", "equidistant")
     study = replace(study, requirement=set_key(fisheye, "camera.lens.distortion", [0.1]))
     text = source(study, {})
     for words in ("== Other projections", '("projection", "equidistant")', '("distortion", "k1 = 0.1")'):
         assert words in text
-    assert typeset(other_projections(study), {}).startswith(b"%PDF-")
+    assert typeset(other_projections(study.requirement.camera.lenses), {}).startswith(b"%PDF-")

@@ -1,4 +1,5 @@
-"""Designs that studies found for the robot's requirement with lenses that are not r = f tan(psi), one for each law."""
+"""Designs that studies found with lenses that are not r = f tan(psi): for the robot, one folded pair for each law, and
+for the ceiling a direct one with a gain of either sign."""
 
 import json
 from functools import cache
@@ -9,7 +10,9 @@ from support import DATA
 
 _RECORDS: list[dict[str, Any]] = json.loads((DATA / "wide_designs.json").read_text(encoding="utf-8"))
 LAWS = tuple(
-    record["camera"].get("projection", "perspective") + ("+distortion" if "distortion" in record["camera"] else "")
+    record["camera"].get("projection", "perspective")
+    + ("+distortion" if "distortion" in record["camera"] else "")
+    + (", direct" if record["configuration"].startswith("direct") else "")
     for record in _RECORDS
 )
 

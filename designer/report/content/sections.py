@@ -12,7 +12,7 @@ from designer.evaluate.score import recorded_fabrication_notes
 from designer.goals import GOALS
 from designer.report.content.check_section import check_heading, check_page, unchecked_line
 from designer.report.content.design_facts import design_groups, winner_groups
-from designer.report.content.lens import lens_sentences
+from designer.report.content.lens import lens_sentences, other_projections
 from designer.report.content.requirement import facts_argument, requirement_groups, requirement_notes
 from designer.report.content.tables import (
     PAPER_CONFIGURATION,
@@ -74,7 +74,7 @@ def source(study: Study, drawings: Drawings, note: str = "") -> str:
         checks(study),
         "#pagebreak(weak: true)\n" if study.feasible else "",
         '#[#set text(size: 9.3pt)\n#include "method.typ"\n',
-        other_projections(study),
+        other_projections(study.requirement.camera.lenses),
         (reading() if study.feasible else "") + "]\n",
         provenance(study),
     ]
@@ -119,21 +119,6 @@ def requirement_table(study: Study) -> str:
     split = min(range(len(groups) + 1), key=lambda count: abs(sum(lengths[:count]) - sum(lengths[count:])))
     halves = [call("facts", facts_argument(half)) for half in (groups[:split], groups[split:]) if half]
     return "#grid(columns: (1fr, 1fr), column-gutter: 6mm, " + ", ".join(f"[{half}]" for half in halves) + ")"
-
-
-def other_projections(study: Study) -> str:
-    """What replaces the method's formulas for lenses that are not perspective; nothing without one."""
-    if all(lens.image_law.is_perspective for lens in study.requirement.camera.lenses):
-        return ""
-    return (
-        "== Other projections\n"
-        "The formulas above are those of a perspective lens, $r = f tan psi$. With a lens of this requirement that has "
-        "another projection or distortion, $r$ follows its law; $abs(d r \\/ d phi) = (d r \\/ d psi) sin psi "
-        "\\/ cos phi$; a scale error shifts a slope by $r \\/ ((d r \\/ d psi) sin psi)$ in the place of $cos psi$; "
-        "the limit takes, at each elevation, the best of all angles up to that of the largest gain; and the blur on "
-        "the sensor is an ellipse, that of the perspective lens stretched by the law along and across the radius, of "
-        "which the larger diameter is given (docs/theory.md, section 10).\n"
-    )
 
 
 def winner(study: Study, drawings: Drawings) -> str:

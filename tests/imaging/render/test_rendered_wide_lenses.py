@@ -157,6 +157,22 @@ def test_the_rig_evens_out_what_the_law_darkens(law):
     np.testing.assert_allclose(every[~capped], every[~capped].mean(), rtol=1e-6)
 
 
+@pytest.mark.parametrize("aperture", [False, True])
+def test_beyond_the_field_of_a_lens_the_image_is_dark(aperture):
+    # 85 degrees are 2.37 mm from the centre of a lens of 1.6 mm; the sensor's corner is at 4.4 mm.
+    design = with_coarse_pixels(wide_design("equidistant"), 8)
+    camera = design.camera.model_copy(update={"focal_length_mm": 1.6, "image_circle_radius_px": None})
+    image = render(design.model_copy(update={"camera": camera}), WHITE, samples=2, aperture=aperture, lens=Lens())
+    rows, columns = np.mgrid[0 : camera.height_px, 0 : camera.width_px]
+    u0, v0 = camera.principal_point_px
+    radius = np.hypot(columns - u0, rows - v0) * camera.pixel_pitch_mm
+    end = 1.6 * np.radians(85.0)
+    assert np.isfinite(image).all()
+    # Diffraction carries a little light across the edge.
+    assert np.all(image[radius > end + 3.0 * camera.pixel_pitch_mm] < 0.005)
+    assert np.all(image[radius < end - 3.0 * camera.pixel_pitch_mm] > 0.0)
+
+
 @pytest.mark.slow
 def test_a_design_for_an_equidistant_lens_is_measured_as_predicted_end_to_end():
     """Over pixels twice as large; the scene is rendered through the lens with the tracer's law."""
