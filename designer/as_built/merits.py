@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from designer.as_built.dual import Array
+from designer.as_built.image import designed_places, direction_at, radius_and_slope
 from designer.as_built.projection import Projection, Targets, targets_of
 from designer.design import VIEW_NAMES, Design, ViewName
 from designer.evaluate.depth import volume_of
-from designer.optics.view import elevation_tangent, image_half_tangent, image_radius, image_radius_slope
 
 # Enough to hold errors to 1 percent, and what calibration leaves of them to 2, for biases up to a tenth.
 ELEVATIONS, DISTANCES, AZIMUTHS = 3, 3, 6
@@ -77,17 +77,12 @@ def grid_of(design: Design, elevations: int = ELEVATIONS, distances: int = DISTA
 
 def ideal_px(design: Design, targets: Targets) -> Array:
     """Where the design's own tables expect points (2, n), px from the principal point."""
-    return targets.slopes * (design.camera.focal_length_mm / design.camera.pixel_pitch_mm)
+    return designed_places(design.camera, targets.slopes) / design.camera.pixel_pitch_mm
 
 
 def directions_of(design: Design, view: ViewName, pixels: Array) -> tuple[Array, Array]:
     """tan(elevation) and azimuth that the design's tables read at image places (2, ...) from the principal point."""
-    record = getattr(design.views, view)
-    across, down = pixels * design.camera.pixel_pitch_mm
-    half = image_half_tangent(np.hypot(across, down), design.camera.focal_length_mm)
-    slope = elevation_tangent(half / abs(record.gain), record.sense)
-    turn = 1.0 if record.gain > 0.0 else -1.0
-    return np.asarray(slope), np.arctan2(turn * down, turn * across)
+    return direction_at(design.camera, getattr(design.views, view), pixels * design.camera.pixel_pitch_mm)
 
 
 def displacement_px(design: Design, grid: Grid, view: ViewName, pixels: Array) -> tuple[Array, Array]:
@@ -145,9 +140,8 @@ def first_order_errors(design: Design, grid: Grid, changes: Mapping[ViewName, Ar
     steeper, turned = [], []
     for name, record in design.views.by_name.items():
         slope, moved = grid.slopes[name], changes[name] * camera.pixel_pitch_mm
-        radius = image_radius(slope, record.gain, camera.focal_length_mm, record.sense)
-        per_angle = image_radius_slope(slope, record.gain, camera.focal_length_mm, record.sense)
-        steeper.append(np.sum(along * moved, axis=1) * (1.0 + slope**2) / per_angle)
+        radius, per_slope = radius_and_slope(camera, record, slope)
+        steeper.append(np.sum(along * moved, axis=1) / per_slope)
         turned.append(np.sum(across * moved, axis=1) / radius)
     upper, lower = steeper
     epipolar = (turned[0] - turned[1]) * (PANORAMA_COLUMNS / (2.0 * np.pi))

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from designer.as_built.dual import Array, Number, slopes_of, value_of, variables
+from designer.as_built.image import built_places, slopes_towards
 from designer.as_built.parameters import parameters_of, systems_of
 from designer.as_built.tracing import PosedCamera, PosedMirror, Triple, follow, leave_camera
 from designer.design import Design, ViewName
-from designer.optics.view import image_radius
 
 # A pixel is some 3e-4 of slope. Newton's method squares the error with its last step, so less than 1e-12 is left.
 LAST_STEP = 1e-7
@@ -72,8 +72,7 @@ def targets_of(design: Design, view: ViewName, points_mm: Array) -> Targets:
             np.stack([level * cosine, level * sine, slope * level]),
         ]
     )
-    tangent = image_radius(slope, record.gain, 1.0, record.sense)
-    return Targets(points, basis, tangent * np.stack([cosine, sine]))
+    return Targets(points, basis, slopes_towards(record, slope, np.arctan2(y, x)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +114,8 @@ def project(
             slopes = about_design.origin[:, None] + np.einsum("tp,pxn->xtn", values[block], about_design.slopes)
             slopes = _approach(systems.camera, mirrors, targets, slopes, about_design.by_slope)
         light = aim(systems.camera, mirrors, targets, slopes)
-        found.pixels[:, block] = np.stack(_image_of(systems.camera, tuple(light.slopes))) / design.camera.pixel_pitch_mm
+        places = np.stack(built_places(systems.camera, (light.slopes[0], light.slopes[1])))
+        found.pixels[:, block] = places / design.camera.pixel_pitch_mm
         found.slopes[:, block] = light.slopes
         found.blur_px[block] = _blur_px(design, systems.camera, light.by_place)
         found.start[:, block], found.ahead[:, block] = light.start, light.ahead
@@ -145,7 +145,7 @@ def linearise(design: Design, view: ViewName, targets: Targets, values: Array | 
         gradient = np.stack([slopes_of(part, len(ones)) for part in miss], axis=1)
         turn = _solve(gradient[-2:], -gradient[:-2].transpose(1, 0, 2, 3))
         # The image follows the slopes, and the lens's own departures besides.
-        own = np.stack([slopes_of(part, len(ones)) for part in _image_of(systems.camera, aimed)], axis=1)
+        own = np.stack([slopes_of(part, len(ones)) for part in built_places(systems.camera, aimed)], axis=1)
         change = own[:-2] + np.einsum("jixn,jpxn->pixn", own[-2:], turn)
     return Linear(
         pixels=change[:, :, 0] / design.camera.pixel_pitch_mm,
@@ -200,13 +200,6 @@ def _approach(
             miss, _ = _miss(camera, mirrors, targets, tuple(slopes))
             slopes = slopes - _solve(by_slope, np.stack(miss)[:, None])[:, 0]
     return slopes
-
-
-def _image_of(camera: PosedCamera, slopes: tuple[Number, Number]) -> tuple[Number, Number]:
-    """Where rays meet the sensor, mm from the principal point."""
-    squared = slopes[0] * slopes[0] + slopes[1] * slopes[1]
-    scale = camera.principal_distance * (1.0 + camera.radial_distortion * squared)
-    return slopes[0] * scale, slopes[1] * scale
 
 
 def _miss(
