@@ -220,7 +220,9 @@ def start_around(task: Task, design: Candidate, random: np.random.Generator) -> 
     moves = np.geomspace(*PERTURBATIONS, PERTURBED_STARTS) * random.standard_normal(
         (len(VARIABLE_NAMES), PERTURBED_STARTS)
     )
-    return start_at(task, np.clip(design.scaled[:, None] + moves * free[:, None], 0.0, 1.0))
+    least, greatest = task.problem.reach
+    around = design.scaled[:, None] + moves * free[:, None]
+    return start_at(task, np.clip(around, least[:, None], greatest[:, None]))
 
 
 def restart_around(task: Task, design: Candidate, target: Target, random: np.random.Generator) -> Candidate:

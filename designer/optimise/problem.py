@@ -12,7 +12,7 @@ from designer.optics.clearance import pair_up, separations
 from designer.optimise.constraints import Constraint, constraints_of
 from designer.optimise.specification import Specification
 from designer.optimise.system import System, enclosure, put_together
-from designer.optimise.variables import VariableBounds, physical_values, scaled_values
+from designer.optimise.variables import VARIABLE_NAMES, VariableBounds, physical_values, scaled_values
 from designer.optimise.variants import Variant
 
 Array = NDArray[np.float64]
@@ -37,6 +37,12 @@ class Problem:
     def scaled(self, values: Mapping[str, Array]) -> Array:
         """Inverse of :meth:`physical`."""
         return scaled_values(self.bounds, values)
+
+    @property
+    def reach(self) -> tuple[Array, Array]:
+        """How far the solver may go in each variable, on the scale on which its range is 0..1."""
+        ends = np.array([self.bounds[name].scaled_reach for name in VARIABLE_NAMES])
+        return ends[:, 0], ends[:, 1]
 
     def constraints(self, system: System) -> tuple[Constraint, ...]:
         """Every constraint but the clearances."""

@@ -38,7 +38,13 @@ from designer.optimise.separating_directions import SeparatingDirections
 from designer.optimise.shortfall import Shortfall, shortfalls_of
 from designer.optimise.solver import SOLVED, STALLED, Target
 from designer.optimise.specification import specification_of
-from designer.optimise.variables import SMALLEST_GAIN_SHARE, bounds_of, free_ranges, with_principal_distance
+from designer.optimise.variables import (
+    SMALLEST_GAIN_SHARE,
+    bounds_of,
+    fixed_parameters,
+    free_ranges,
+    with_principal_distance,
+)
 from designer.optimise.variants import Variant, enumerate_variants
 from designer.requirement import Lens, Requirement
 
@@ -97,15 +103,6 @@ class SearchResult:
         assert self.first is not None
         problem, values = self.first.problem, self.first.values
         return float(limit_of(problem.variant, problem.specification, values["baseline"], values["principal_distance"]))
-
-
-def fixed_parameters(requirement: Requirement) -> dict[str, float]:
-    """The parameters the requirement fixes, by names such as ``primary.radius_mm`` and ``upper.gain``."""
-    given: dict[str, float] = {}
-    for owners in (requirement.fixed.mirror, requirement.fixed.view):
-        for owner, part in owners.items():
-            given |= {f"{owner}.{name}": value for name, value in part.model_dump(exclude_none=True).items()}
-    return given
 
 
 def search(
@@ -192,7 +189,7 @@ def _recalled_second(task: Task, known: WarmStart) -> Candidate | None:
 
 def _task(requirement: Requirement, lens: Lens, variant: Variant) -> Task:
     problem = problem_of(requirement, lens, variant)
-    return Task(problem, lens, _goal_scales(problem), Counter())
+    return Task(problem, lens, goal_scales(problem), Counter())
 
 
 @dataclass(slots=True)
@@ -225,7 +222,7 @@ class _Branch:
         )
 
 
-def _goal_scales(problem: Problem) -> tuple[float, ...]:
+def goal_scales(problem: Problem) -> tuple[float, ...]:
     """A typical size of each goal, so that the solver sees numbers near one."""
     specification = problem.specification
     middle = with_principal_distance(
@@ -321,7 +318,7 @@ def _is_proven_least(design: Candidate, target: Target) -> bool:
 def _moved(task: Task, values: dict[str, float]) -> Array:
     """A neighbour's design, moved into this problem's bounds."""
     scaled = task.problem.scaled({name: np.array([value]) for name, value in values.items()})
-    return np.clip(scaled[:, 0], 0.0, 1.0)
+    return np.clip(scaled[:, 0], *task.problem.reach)
 
 
 def _second_stage(requirement: Requirement, configuration: Configuration, branches: list[_Branch]) -> SearchResult:
