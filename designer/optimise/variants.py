@@ -122,7 +122,8 @@ def _pairs_of_ellipsoids() -> tuple[EllipsoidPair, ...]:
 
     The secondary's second focus lies between pinhole and secondary (-1 < kappa < 0) or below the pinhole (kappa < -1).
     The primary is the bottom of an ellipsoid seen from inside, behind the shared focus, or the top seen from outside,
-    ahead of it; the viewpoint is its lower or its upper focus, and so it widens the view (abs(kappa) < 1) or narrows it.
+    ahead of it. The viewpoint is its focus nearer to that vertex, and it widens the view (abs(kappa) < 1), or the
+    farther one, and it narrows the view.
     """
     widening, narrowing = ELLIPSOID_GAINS, (1.0 / ELLIPSOID_GAINS[1], 1.0 / ELLIPSOID_GAINS[0])
     below = (-CONVEX_HYPERBOLOID_GAINS[1], -CONVEX_HYPERBOLOID_GAINS[0])  # 1 / kappa, as far from 0 and -1
