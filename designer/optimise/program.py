@@ -147,6 +147,7 @@ def _build_symbols(
         }
     )
     system = put_together(variant, values, specification)
+    pairs = pair_up(system.layout)
     return _Symbols(
         scaled,
         specification,
@@ -155,9 +156,9 @@ def _build_symbols(
         scales,
         system,
         constraints_of(system, dict(fixed)),
-        pair_up(system.layout),
+        pairs,
         leg_rows(system.layout.legs),
-        solid_rows(system.layout.solids),
+        solid_rows(pairs.solids),
         {},
         {},
     )

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from designer.optics.clearance import STARTING_SOLID_DIRECTIONS
 from designer.optimise.problem import Array, Evaluation
 
 FAR = -1
@@ -87,7 +88,7 @@ def choose_directions(evaluation: Evaluation, clearance: float, envelope: float)
     Each choice means building a program, so a direction that serves most designs is taken wherever it serves.
     """
     legs = _choose(evaluation.light - clearance, FAR_SHARE_OF_ENVELOPE * envelope)
-    solids = _choose(evaluation.bodies - clearance, FAR_SHARE_OF_ENVELOPE * envelope)
+    solids = _choose(evaluation.bodies[:STARTING_SOLID_DIRECTIONS] - clearance, FAR_SHARE_OF_ENVELOPE * envelope)
     return [
         SeparatingDirections(tuple(legs[:, design].tolist()), tuple(solids[:, design].tolist()))
         for design in range(legs.shape[1])

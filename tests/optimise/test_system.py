@@ -63,7 +63,7 @@ def symbolic(problem: Problem) -> casadi.Function:
     system = put_together(problem.variant, values, specification)
     numbers = [getattr(specification, field.name) for field in fields(Specification)]
     pairs = pair_up(system.layout)
-    legs, solids = leg_rows(system.layout.legs), solid_rows(system.layout.solids)
+    legs, solids = leg_rows(system.layout.legs), solid_rows(pairs.solids)
     one, other = (solids.take([pair[side] for pair in pairs.solid_solid]) for side in (0, 1))
     light = [
         leg_separation(
