@@ -44,6 +44,12 @@ class Problem:
         ends = np.array([self.bounds[name].scaled_reach for name in VARIABLE_NAMES])
         return ends[:, 0], ends[:, 1]
 
+    @property
+    def within_ranges(self) -> Problem:
+        """The problem of a solver that keeps to the ranges in which starts are drawn."""
+        bounds = {name: replace(each, least=None, greatest=None) for name, each in self.bounds.items()}
+        return replace(self, bounds=bounds)
+
     def constraints(self, system: System) -> tuple[Constraint, ...]:
         """Every constraint but the clearances."""
         return constraints_of(system, dict(self.fixed))

@@ -290,18 +290,28 @@ def _search_afresh(requirement: Requirement, branch: _Branch, target: Target, re
 def _reached_from_screened(
     task: Task, count: int, random: np.random.Generator, known: Sequence[Candidate]
 ) -> list[Candidate]:
-    """Screened designs brought as near to feasible as they can be; more of them while none is feasible."""
+    """Screened designs brought as near to feasible as they can be; more of them while none is feasible.
+
+    At first the solver keeps to the ranges in which starts are drawn, since farther off it may lose its way. Where that
+    leads nowhere, what an end of a range holds goes on beyond it.
+    """
+    ranges = replace(task, problem=task.problem.within_ranges)
     reached: list[Candidate] = []
     for starts, least_gain_share in (
         (count, LARGE_GAIN_SHARE),
         (MORE_STARTS_IF_INFEASIBLE * count, SMALLEST_GAIN_SHARE),
     ):
         screened = screen(task.problem, starts, random, least_gain_share)
-        reached += make_feasible(task, start_at(task, screened))
+        found = make_feasible(ranges, start_at(ranges, screened))
+        reached += [replace(candidate, problem=task.problem) for candidate in found]
         if any(candidate.is_feasible for candidate in (*known, *reached)):
             return reached
     nearest = min((*known, *reached), key=lambda candidate: candidate.violation)
-    return [*reached, *make_feasible(task, start_around(task, nearest, random))]
+    found = make_feasible(ranges, start_around(ranges, nearest, random))
+    reached += [replace(candidate, problem=task.problem) for candidate in found]
+    if any(candidate.is_feasible for candidate in found):
+        return reached
+    return [*reached, *make_feasible(task, [candidate for candidate in reached if candidate.is_held_by_a_range])]
 
 
 def _is_proven_least(design: Candidate, target: Target) -> bool:
