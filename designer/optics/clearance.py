@@ -286,8 +286,17 @@ def solid_separations(solids: SolidRows, pairs: Sequence[tuple[int, int]], weigh
     return -solids.take(of_second).extent((-normal[0], -normal[1])) - solids.take(of_first).extent(normal)
 
 
-def separations(layout: Layout, pairs: Pairs) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def separations(
+    layout: Layout, pairs: Pairs, solid_directions: int = len(SOLID_DIRECTIONS)
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Separation of every pair along every direction, for arrays of designs.
+
+    Parameters
+    ----------
+    layout, pairs
+        Of the same variant.
+    solid_directions
+        Along how many of ``SOLID_DIRECTIONS`` solids are looked at.
 
     Returns
     -------
@@ -303,7 +312,7 @@ def separations(layout: Layout, pairs: Pairs) -> tuple[NDArray[np.float64], NDAr
     light = np.where(_dot(normals, normals) > 0.5, spare, NOT_APART_MM)
     first = solids.take([one for one, _ in pairs.solid_solid])
     second = solids.take([other for _, other in pairs.solid_solid])
-    normals = _stacked([_solid_direction(first, second, direction) for direction in range(len(SOLID_DIRECTIONS))])
+    normals = _stacked([_solid_direction(first, second, direction) for direction in range(solid_directions)])
     bodies = -second.extent((-normals[0], -normals[1])) - first.extent(normals)
     return light, bodies
 

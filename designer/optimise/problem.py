@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from designer.optics.clearance import pair_up, separations
+from designer.optics.clearance import SOLID_DIRECTIONS, pair_up, separations
 from designer.optimise.constraints import Constraint, constraints_of
 from designer.optimise.specification import Specification
 from designer.optimise.system import System, enclosure, put_together
@@ -101,10 +101,13 @@ class Evaluation:
         return np.concatenate([self.light.max(axis=0), self.bodies.max(axis=0)])
 
 
-def evaluate(problem: Problem, system: System) -> Evaluation:
-    """Evaluate every constraint and every clearance of designs, none left to the solver's word."""
+def evaluate(problem: Problem, system: System, solid_directions: int = len(SOLID_DIRECTIONS)) -> Evaluation:
+    """Evaluate every constraint and every clearance of designs, none left to the solver's word.
+
+    Solids are looked at along the first ``solid_directions``: all of them where the result is a judgement.
+    """
     pairs = pair_up(system.layout)
-    light, bodies = separations(system.layout, pairs)
+    light, bodies = separations(system.layout, pairs, solid_directions)
     constraints = problem.constraints(system)
     scalar = violations_of(constraints)
     spare = np.concatenate([light.max(axis=0), bodies.max(axis=0)]) - problem.specification.clearance

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from designer.optics.clearance import STARTING_SOLID_DIRECTIONS
 from designer.optimise.limit import limiting_gains
 from designer.optimise.problem import Array, Problem, evaluate, violations_of
 from designer.optimise.system import System, put_together
@@ -84,7 +85,7 @@ def screen(
         kept = _in_turns(merit, arrangements(problem, values, system))[: CLEARANCES_PER_START * starts]
         values = {name: np.broadcast_to(value, merit.shape)[kept] for name, value in values.items()}
         values, system = problem.enclosed(values)
-        violation = evaluate(problem, system).largest_violations
+        violation = evaluate(problem, system, STARTING_SOLID_DIRECTIONS).largest_violations
         order = _in_turns(violation, arrangements(problem, values, system))
     return _apart(problem.scaled(values)[:, order], starts)
 
