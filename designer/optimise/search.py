@@ -53,6 +53,8 @@ MOST_DESIGNS_IN_SECOND_STAGE = 6
 # Before a configuration is called infeasible, so many times more starts are tried, with small gains too, which waste
 # the image but let the light pass where large ones do not.
 MORE_STARTS_IF_INFEASIBLE = 2
+# So many of the nearest misses that a range holds are then followed beyond it.
+MOST_DESIGNS_BEYOND_RANGES = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -311,7 +313,8 @@ def _reached_from_screened(
     reached += [replace(candidate, problem=task.problem) for candidate in found]
     if any(candidate.is_feasible for candidate in found):
         return reached
-    return [*reached, *make_feasible(task, [candidate for candidate in reached if candidate.is_held_by_a_range])]
+    held = sorted((each for each in reached if each.is_held_by_a_range), key=lambda candidate: candidate.violation)
+    return [*reached, *make_feasible(task, held[:MOST_DESIGNS_BEYOND_RANGES])]
 
 
 def _is_proven_least(design: Candidate, target: Target) -> bool:
