@@ -2,9 +2,9 @@
 
 A leg and a solid, both convex up to the bulge of a conic, are apart by at least s if along some direction n the
 solid's nearest point lies s beyond the leg's farthest one. The directions worth trying are finite in number: normal
-to either end ray of the leg, along or across the axis, and normal to the chords of the faces involved. For one
-direction the separation is smooth in the design, so an optimiser keeps the direction that serves at its start, and
-the choice is checked again at its result.
+to either end ray of the leg, along or across the axis, and normal to the chords of the faces involved; for two
+solids, which may be nearest at their rims, a few oblique ones too. For one direction the separation is smooth in the
+design, so an optimiser keeps the direction that serves at its start, and the choice is checked again at its result.
 
 Pairs are stacked into rows: NumPy evaluates all pairs and designs at once, and CasADi builds the same expressions
 as column vectors. Shapes: (rows, ...) for arrays, (rows, 1) for symbols. All lengths in mm.
@@ -12,8 +12,10 @@ as column vectors. Shapes: (rows, ...) for arrays, (rows, 1) for symbols. All le
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +40,14 @@ LEG_DIRECTIONS = (
     "leg's start, left",
     "leg's start, right",
 )
+# Where two rims are nearest to each other, no chord shows the way, but directions this far apart serve to 1 % of the
+# distance.
+STEP_DEG = 15
+_OBLIQUE = {
+    f"at {angle} degrees": (math.cos(math.radians(angle)), math.sin(math.radians(angle)))
+    for angle in range(0, 360, STEP_DEG)
+    if angle % 90
+}
 SOLID_DIRECTIONS = (
     "above",
     "below",
@@ -47,17 +57,22 @@ SOLID_DIRECTIONS = (
     "first chord, right",
     "second chord, left",
     "second chord, right",
+    *_OBLIQUE,
 )
+# A start keeps to the first: an oblique direction serves a design as it is, but does not turn with it.
+STARTING_SOLID_DIRECTIONS = len(SOLID_DIRECTIONS) - len(_OBLIQUE)
 # The chords that a leg's own directions are normal to; a solid's chord is the last.
 LEG_CHORDS = ("inner ray", "outer ray", "leg's end", "leg's start")
 LEG_NORMALS = (*LEG_CHORDS, "solid's chord")
 SOLID_NORMALS = ("first chord", "second chord")
-_AXES = {"above": (0.0, 1.0), "below": (0.0, -1.0), "outwards": (1.0, 0.0), "inwards": (-1.0, 0.0)}
+_AXES = {"above": (0.0, 1.0), "below": (0.0, -1.0), "outwards": (1.0, 0.0), "inwards": (-1.0, 0.0), **_OBLIQUE}
 
 # A chord shorter than this has no direction (a leg that starts at a focus); nothing is apart along it.
 SHORTEST_CHORD_MM = 1e-6
 NOT_APART_MM = -1e6
 SMALLEST = 1e-12
+# What a whole primary's hull claims beyond its shell is up to a millimetre, what so many rings of it claim below 0.05.
+PIECES = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +167,8 @@ class LegRows:
 class Pairs:
     """Which leg must clear which solid, and which solids must not touch, by index.
 
-    The same for every design of a configuration and variant.
+    The same for every design of a configuration and variant. ``solids`` are those of a layout, then the pieces of its
+    primary (:func:`with_pieces`), which stand for it where it must not touch the camera.
     """
 
     legs: tuple[Leg, ...]
@@ -178,23 +194,43 @@ def pair_up(layout: Layout) -> Pairs:
     """Every pair of leg and solid, and of solids, that could meet.
 
     Left out: a leg and the mirror it starts or ends on, on that side of the axis; the first leg and the camera, inside
-    which it starts; and the mirror image of a pair of solids.
+    which it starts; and the mirror image of a pair of solids. A primary keeps clear of the camera piece by piece.
     """
-    solids = layout.solids
+    solids, count = with_pieces(layout), len(layout.solids)
     camera = {solid.name for solid in layout.camera_solids}
     leg_solid = tuple(
         (i, j)
         for i, leg in enumerate(layout.legs)
-        for j, solid in enumerate(solids)
+        for j, solid in enumerate(layout.solids)
         if not leg.touches(solid) and not (leg.leaves_pinhole and solid.name in camera)
     )
+    pieces: dict[str, list[int]] = {}
+    for place in range(count, len(solids)):
+        pieces.setdefault(solids[place].name, []).append(place)
     solid_solid = tuple(
-        (i, j)
-        for i, first in enumerate(solids)
-        for j, second in enumerate(solids)
-        if i < j and first.side == second.side == 1 and not {first.name, second.name} <= camera
+        (part, j)
+        for i, j in combinations(range(count), 2)
+        if solids[i].side == solids[j].side == 1 and not {solids[i].name, solids[j].name} <= camera
+        for part in (pieces.get(solids[i].name, [i]) if solids[j].name in camera else [i])
     )
     return Pairs(layout.legs, solids, leg_solid, solid_solid)
+
+
+def with_pieces(layout: Layout) -> tuple[Solid, ...]:
+    """The solids of a layout, then each mirror that faces up in ``PIECES`` rings, at R > 0.
+
+    A convex primary is a dome, and the lens may stand in its hollow, which its convex hull fills. Towards its inner rim
+    it bends most, so that the rings are narrower there.
+    """
+    pieces = []
+    for solid in layout.mirror_solids:
+        faces_up = any(mirror.name == solid.name and mirror.direction < 0 for mirror in layout.mirrors)
+        if not faces_up or solid.side < 0:
+            continue
+        width = solid.outer_radius - solid.inner_radius
+        edges = [solid.inner_radius + width * (place / PIECES) ** 2 for place in range(PIECES + 1)]
+        pieces += [replace(solid, inner_radius=inner, outer_radius=outer) for inner, outer in pairwise(edges)]
+    return (*layout.solids, *pieces)
 
 
 def leg_rows(legs: Sequence[Leg]) -> LegRows:
@@ -250,15 +286,24 @@ def solid_separations(solids: SolidRows, pairs: Sequence[tuple[int, int]], weigh
     return -solids.take(of_second).extent((-normal[0], -normal[1])) - solids.take(of_first).extent(normal)
 
 
-def separations(layout: Layout, pairs: Pairs) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def separations(
+    layout: Layout, pairs: Pairs, solid_directions: int = len(SOLID_DIRECTIONS)
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Separation of every pair along every direction, for arrays of designs.
+
+    Parameters
+    ----------
+    layout, pairs
+        Of the same variant.
+    solid_directions
+        Along how many of ``SOLID_DIRECTIONS`` solids are looked at.
 
     Returns
     -------
     Arrays of shape (directions, pairs, ...): legs against solids, then solids against solids. A pair's clearance is
     the largest over the directions.
     """
-    legs, solids = leg_rows(layout.legs), solid_rows(layout.solids)
+    legs, solids = leg_rows(layout.legs), solid_rows(with_pieces(layout))
     pair_legs = legs.take([leg for leg, _ in pairs.leg_solid])
     pair_solids = solids.take([solid for _, solid in pairs.leg_solid])
     normals = _stacked([_leg_direction(pair_legs, pair_solids, direction) for direction in range(len(LEG_DIRECTIONS))])
@@ -267,7 +312,7 @@ def separations(layout: Layout, pairs: Pairs) -> tuple[NDArray[np.float64], NDAr
     light = np.where(_dot(normals, normals) > 0.5, spare, NOT_APART_MM)
     first = solids.take([one for one, _ in pairs.solid_solid])
     second = solids.take([other for _, other in pairs.solid_solid])
-    normals = _stacked([_solid_direction(first, second, direction) for direction in range(len(SOLID_DIRECTIONS))])
+    normals = _stacked([_solid_direction(first, second, direction) for direction in range(solid_directions)])
     bodies = -second.extent((-normals[0], -normals[1])) - first.extent(normals)
     return light, bodies
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 from designer.configurations import VIEW_OF_SINGLE_MIRROR, Configuration, MirrorKind, with_article
 from designer.optics.kinds import inverse_eccentricities, kind_of_conic, kind_of_single_mirror, radius_signs
-from designer.optics.view import elevation_tangents_of_views
 from designer.optimise.limit import limiting_gains
+from designer.optimise.reach import sampled, slopes_at
 from designer.optimise.specification import Specification
 from designer.optimise.variables import FreeRanges
 from designer.optimise.variants import Variant, enumerate_variants
@@ -47,7 +47,7 @@ def why_impossible(variant: Variant, specification: Specification, free: FreeRan
             )
     gains = [
         min(limiting_gains(variant, specification, baseline, distance).values())
-        for baseline in free.baseline
+        for baseline in sampled(free.baseline)
         for distance in free.principal_distance
     ]
     if max(gains) <= 0.0:
@@ -143,12 +143,7 @@ def _largest_baseline(specification: Specification, baseline: float) -> float:
 
 
 def _span_deg(specification: Specification, baseline: float, view: str) -> tuple[float, float]:
-    upper, lower = elevation_tangents_of_views(
-        (math.tan(specification.elevation_low), math.tan(specification.elevation_high)),
-        (specification.distance_near, specification.distance_far),
-        baseline,
-    )
-    low, high = upper if view == "upper" else lower
+    low, high = slopes_at(specification, baseline)[view]
     return math.degrees(math.atan(low)), math.degrees(math.atan(high))
 
 

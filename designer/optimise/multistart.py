@@ -71,6 +71,14 @@ class Candidate:
         """Whether every constraint is kept, by independent evaluation."""
         return self.violation <= LARGEST_VIOLATION
 
+    @property
+    def is_held_by_a_range(self) -> bool:
+        """Whether a variable lies at an end of its range, beyond which the solver may go."""
+        least, greatest = self.problem.reach
+        is_low = (self.scaled <= SAME_POINT) & (least < 0.0)
+        is_high = (self.scaled >= 1.0 - SAME_POINT) & (greatest > 1.0)
+        return bool(np.any(is_low | is_high))
+
     def keeps(self, target: Target) -> bool:
         """Whether the bounds that a target sets for other goals are kept."""
         return all(self.goals[name] <= bound * (1.0 + LARGEST_VIOLATION) for name, bound in target.at_most)
@@ -212,7 +220,9 @@ def start_around(task: Task, design: Candidate, random: np.random.Generator) -> 
     moves = np.geomspace(*PERTURBATIONS, PERTURBED_STARTS) * random.standard_normal(
         (len(VARIABLE_NAMES), PERTURBED_STARTS)
     )
-    return start_at(task, np.clip(design.scaled[:, None] + moves * free[:, None], 0.0, 1.0))
+    least, greatest = task.problem.reach
+    around = design.scaled[:, None] + moves * free[:, None]
+    return start_at(task, np.clip(around, least[:, None], greatest[:, None]))
 
 
 def restart_around(task: Task, design: Candidate, target: Target, random: np.random.Generator) -> Candidate:

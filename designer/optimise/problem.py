@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from designer.optics.clearance import pair_up, separations
+from designer.optics.clearance import SOLID_DIRECTIONS, pair_up, separations
 from designer.optimise.constraints import Constraint, constraints_of
 from designer.optimise.specification import Specification
 from designer.optimise.system import System, enclosure, put_together
-from designer.optimise.variables import VariableBounds, physical_values, scaled_values
+from designer.optimise.variables import VARIABLE_NAMES, VariableBounds, physical_values, scaled_values
 from designer.optimise.variants import Variant
 
 Array = NDArray[np.float64]
@@ -37,6 +37,18 @@ class Problem:
     def scaled(self, values: Mapping[str, Array]) -> Array:
         """Inverse of :meth:`physical`."""
         return scaled_values(self.bounds, values)
+
+    @property
+    def reach(self) -> tuple[Array, Array]:
+        """How far the solver may go in each variable, on the scale on which its range is 0..1."""
+        ends = np.array([self.bounds[name].scaled_reach for name in VARIABLE_NAMES])
+        return ends[:, 0], ends[:, 1]
+
+    @property
+    def within_ranges(self) -> Problem:
+        """The problem of a solver that keeps to the ranges in which starts are drawn."""
+        bounds = {name: replace(each, least=None, greatest=None) for name, each in self.bounds.items()}
+        return replace(self, bounds=bounds)
 
     def constraints(self, system: System) -> tuple[Constraint, ...]:
         """Every constraint but the clearances."""
@@ -89,10 +101,13 @@ class Evaluation:
         return np.concatenate([self.light.max(axis=0), self.bodies.max(axis=0)])
 
 
-def evaluate(problem: Problem, system: System) -> Evaluation:
-    """Evaluate every constraint and every clearance of designs, none left to the solver's word."""
+def evaluate(problem: Problem, system: System, solid_directions: int = len(SOLID_DIRECTIONS)) -> Evaluation:
+    """Evaluate every constraint and every clearance of designs, none left to the solver's word.
+
+    Solids are looked at along the first ``solid_directions``: all of them where the result is a judgement.
+    """
     pairs = pair_up(system.layout)
-    light, bodies = separations(system.layout, pairs)
+    light, bodies = separations(system.layout, pairs, solid_directions)
     constraints = problem.constraints(system)
     scalar = violations_of(constraints)
     spare = np.concatenate([light.max(axis=0), bodies.max(axis=0)]) - problem.specification.clearance

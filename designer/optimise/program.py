@@ -227,7 +227,7 @@ def _clearance_rows(system: System, near: NearPairs) -> tuple[Any, Any]:
     A pair without a direction has one to spare.
     """
     pairs = pair_up(system.layout)
-    legs, solids = leg_rows(system.layout.legs), solid_rows(system.layout.solids)
+    legs, solids = leg_rows(system.layout.legs), solid_rows(pairs.solids)
     # Row by row, as NearPairs.weights has them.
     of_legs = casadi.SX.sym("leg_normals", len(LEG_NORMALS) + 2, len(near.legs)).T
     of_solids = casadi.SX.sym("solid_normals", len(SOLID_NORMALS) + 2, len(near.solids)).T

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from designer.optics.clearance import STARTING_SOLID_DIRECTIONS
 from designer.optimise.limit import limiting_gains
 from designer.optimise.problem import Array, Problem, evaluate, violations_of
 from designer.optimise.system import System, put_together
@@ -26,8 +27,11 @@ _SHAPES = np.array([variable.role == "shape" for variable in VARIABLES])
 def draw(
     problem: Problem, count: int, random: np.random.Generator, least_gain_share: float = LARGE_GAIN_SHARE
 ) -> dict[str, Array]:
-    """Random designs: free variables uniform in their bounds, gains by their share of what the image zones can hold."""
-    values = problem.physical(random.random((len(VARIABLES), count)))
+    """Random designs: free variables uniform in their bounds, gains by their share of what the image zones can hold.
+
+    What is fixed is so in every design as far as it is a variable; other fixed numbers are left to the solver.
+    """
+    values = _placed_as_fixed(problem, problem.physical(random.random((len(VARIABLES), count))))
     limits = limiting_gains(problem.variant, problem.specification, values["baseline"], values["principal_distance"])
     outer = "upper" if problem.variant.configuration.topology == "upper_outer" else "lower"
     inner = "lower" if outer == "upper" else "upper"
@@ -35,7 +39,27 @@ def draw(
     inner_share = outer_share * least_gain_share ** (random.random(count) ** 2)
     for view, share in ((outer, outer_share), (inner, inner_share)):
         values[f"{view}_gain"] = problem.variant.gain_sign(view) * share * limits[view]
+    for name, given in problem.fixed:
+        if name in {"lower.gain", "upper.gain"}:
+            values[name.replace(".", "_")] = np.full(count, given)
     return _focused(problem, values)
+
+
+def _placed_as_fixed(problem: Problem, values: dict[str, Array]) -> dict[str, Array]:
+    """The designs with fixed viewpoints and a fixed vertex of the secondary in their places."""
+    fixed, baseline = dict(problem.fixed), values["baseline"]
+    lower, upper = fixed.get("lower.viewpoint_mm"), fixed.get("upper.viewpoint_mm")
+    if lower is not None and upper is not None:
+        shortest, longest = problem.bounds["baseline"].low, problem.bounds["baseline"].high
+        baseline = np.full_like(baseline, np.clip(upper - lower, shortest, longest))
+    placed = {"baseline": baseline}
+    if lower is not None:
+        placed["lower_viewpoint"] = np.full_like(baseline, lower)
+    elif upper is not None:
+        placed["lower_viewpoint"] = upper - baseline
+    if problem.variant.fold is not None and "secondary.vertex_mm" in fixed:
+        placed["secondary_height"] = np.full_like(baseline, fixed["secondary.vertex_mm"])
+    return values | placed
 
 
 def _focused(problem: Problem, values: dict[str, Array]) -> dict[str, Array]:
@@ -61,7 +85,7 @@ def screen(
         kept = _in_turns(merit, arrangements(problem, values, system))[: CLEARANCES_PER_START * starts]
         values = {name: np.broadcast_to(value, merit.shape)[kept] for name, value in values.items()}
         values, system = problem.enclosed(values)
-        violation = evaluate(problem, system).largest_violations
+        violation = evaluate(problem, system, STARTING_SOLID_DIRECTIONS).largest_violations
         order = _in_turns(violation, arrangements(problem, values, system))
     return _apart(problem.scaled(values)[:, order], starts)
 

@@ -38,7 +38,13 @@ from designer.optimise.separating_directions import SeparatingDirections
 from designer.optimise.shortfall import Shortfall, shortfalls_of
 from designer.optimise.solver import SOLVED, STALLED, Target
 from designer.optimise.specification import specification_of
-from designer.optimise.variables import SMALLEST_GAIN_SHARE, bounds_of, free_ranges, with_principal_distance
+from designer.optimise.variables import (
+    SMALLEST_GAIN_SHARE,
+    bounds_of,
+    fixed_parameters,
+    free_ranges,
+    with_principal_distance,
+)
 from designer.optimise.variants import Variant, enumerate_variants
 from designer.requirement import Lens, Requirement
 
@@ -47,6 +53,8 @@ MOST_DESIGNS_IN_SECOND_STAGE = 6
 # Before a configuration is called infeasible, so many times more starts are tried, with small gains too, which waste
 # the image but let the light pass where large ones do not.
 MORE_STARTS_IF_INFEASIBLE = 2
+# So many of the nearest misses that a range holds are then followed beyond it.
+MOST_DESIGNS_BEYOND_RANGES = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,15 +105,6 @@ class SearchResult:
         assert self.first is not None
         problem, values = self.first.problem, self.first.values
         return float(limit_of(problem.variant, problem.specification, values["baseline"], values["principal_distance"]))
-
-
-def fixed_parameters(requirement: Requirement) -> dict[str, float]:
-    """The parameters the requirement fixes, by names such as ``primary.radius_mm`` and ``upper.gain``."""
-    given: dict[str, float] = {}
-    for owners in (requirement.fixed.mirror, requirement.fixed.view):
-        for owner, part in owners.items():
-            given |= {f"{owner}.{name}": value for name, value in part.model_dump(exclude_none=True).items()}
-    return given
 
 
 def search(
@@ -192,7 +191,7 @@ def _recalled_second(task: Task, known: WarmStart) -> Candidate | None:
 
 def _task(requirement: Requirement, lens: Lens, variant: Variant) -> Task:
     problem = problem_of(requirement, lens, variant)
-    return Task(problem, lens, _goal_scales(problem), Counter())
+    return Task(problem, lens, goal_scales(problem), Counter())
 
 
 @dataclass(slots=True)
@@ -225,7 +224,7 @@ class _Branch:
         )
 
 
-def _goal_scales(problem: Problem) -> tuple[float, ...]:
+def goal_scales(problem: Problem) -> tuple[float, ...]:
     """A typical size of each goal, so that the solver sees numbers near one."""
     specification = problem.specification
     middle = with_principal_distance(
@@ -293,18 +292,29 @@ def _search_afresh(requirement: Requirement, branch: _Branch, target: Target, re
 def _reached_from_screened(
     task: Task, count: int, random: np.random.Generator, known: Sequence[Candidate]
 ) -> list[Candidate]:
-    """Screened designs brought as near to feasible as they can be; more of them while none is feasible."""
+    """Screened designs brought as near to feasible as they can be; more of them while none is feasible.
+
+    At first the solver keeps to the ranges in which starts are drawn, since farther off it may lose its way. Where that
+    leads nowhere, what an end of a range holds goes on beyond it.
+    """
+    ranges = replace(task, problem=task.problem.within_ranges)
     reached: list[Candidate] = []
     for starts, least_gain_share in (
         (count, LARGE_GAIN_SHARE),
         (MORE_STARTS_IF_INFEASIBLE * count, SMALLEST_GAIN_SHARE),
     ):
         screened = screen(task.problem, starts, random, least_gain_share)
-        reached += make_feasible(task, start_at(task, screened))
+        found = make_feasible(ranges, start_at(ranges, screened))
+        reached += [replace(candidate, problem=task.problem) for candidate in found]
         if any(candidate.is_feasible for candidate in (*known, *reached)):
             return reached
     nearest = min((*known, *reached), key=lambda candidate: candidate.violation)
-    return [*reached, *make_feasible(task, start_around(task, nearest, random))]
+    found = make_feasible(ranges, start_around(ranges, nearest, random))
+    reached += [replace(candidate, problem=task.problem) for candidate in found]
+    if any(candidate.is_feasible for candidate in found):
+        return reached
+    held = sorted((each for each in reached if each.is_held_by_a_range), key=lambda candidate: candidate.violation)
+    return [*reached, *make_feasible(task, held[:MOST_DESIGNS_BEYOND_RANGES])]
 
 
 def _is_proven_least(design: Candidate, target: Target) -> bool:
@@ -321,7 +331,7 @@ def _is_proven_least(design: Candidate, target: Target) -> bool:
 def _moved(task: Task, values: dict[str, float]) -> Array:
     """A neighbour's design, moved into this problem's bounds."""
     scaled = task.problem.scaled({name: np.array([value]) for name, value in values.items()})
-    return np.clip(scaled[:, 0], 0.0, 1.0)
+    return np.clip(scaled[:, 0], *task.problem.reach)
 
 
 def _second_stage(requirement: Requirement, configuration: Configuration, branches: list[_Branch]) -> SearchResult:

@@ -12,7 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from designer.optics.clearance import LEG_DIRECTIONS, LEG_NORMALS, SOLID_DIRECTIONS, SOLID_NORMALS, normal_weights
+from designer.optics.clearance import (
+    LEG_DIRECTIONS,
+    LEG_NORMALS,
+    SOLID_DIRECTIONS,
+    SOLID_NORMALS,
+    STARTING_SOLID_DIRECTIONS,
+    normal_weights,
+)
 from designer.optimise.problem import Array, Evaluation
 
 FAR = -1
@@ -74,7 +81,7 @@ def choose_directions(evaluation: Evaluation, clearance: float, envelope: float)
     Each choice means building a program, so a direction that serves most designs is taken wherever it serves.
     """
     legs = _choose(evaluation.light - clearance, FAR_SHARE_OF_ENVELOPE * envelope)
-    solids = _choose(evaluation.bodies - clearance, FAR_SHARE_OF_ENVELOPE * envelope)
+    solids = _choose(evaluation.bodies[:STARTING_SOLID_DIRECTIONS] - clearance, FAR_SHARE_OF_ENVELOPE * envelope)
     return [
         SeparatingDirections(tuple(legs[:, design].tolist()), tuple(solids[:, design].tolist()))
         for design in range(legs.shape[1])

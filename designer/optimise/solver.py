@@ -110,13 +110,14 @@ def _solve(run: Run, target: Target, violation: float | None, solver: Solver) ->
 def arguments_of(run: Run, program: Program, target: Target, violation: float | None) -> dict[str, Array]:
     """Start, parameters and bounds of a run as the solver takes them."""
     is_elastic = violation is not None
-    start = np.append(np.clip(run.start[run.free], 0.0, 1.0), violation or 0.0)
+    least, greatest = (ends[run.free] for ends in run.problem.reach)
+    start = np.append(np.clip(run.start[run.free], least, greatest), violation or 0.0)
     lower, upper = _row_bounds(run, program, target, is_elastic)
     return {
         "x0": start,
         "p": _parameters(run, target, is_elastic),
-        "lbx": np.zeros(len(start)),
-        "ubx": np.append(np.ones(len(start) - 1), LARGEST_SLACK if is_elastic else 0.0),
+        "lbx": np.append(least, 0.0),
+        "ubx": np.append(greatest, LARGEST_SLACK if is_elastic else 0.0),
         "lbg": lower,
         "ubg": upper,
     }

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 from typing import Literal
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from designer.optics.backend import Scalar, exp
 from designer.optimise.limit import limiting_gains
+from designer.optimise.reach import lower_viewpoints, sampled, secondary_vertices
 from designer.optimise.specification import Specification
 from designer.optimise.variants import Variant
 from designer.requirement import Lens, Requirement
@@ -26,19 +27,25 @@ Array = NDArray[np.float64]
 # A gain below this share of the largest one a zone can hold wastes the image; above it, the zone overflows.
 SMALLEST_GAIN_SHARE = 0.1
 LARGEST_GAIN_SHARE = 1.02
+# What is small for other reasons than depth may need a gain this much smaller still.
+LEAST_GAIN_SHARE = 0.01
+# Nor does a secondary's vertex lie at the pinhole itself, where its shape has no size.
+LOWEST_VERTEX_MM = 0.05
 
 
 @dataclass(frozen=True, slots=True)
 class FreeRanges:
     """What the requirement leaves free, with one of its lenses: (least, greatest), equal where it is given.
 
-    Baseline, focal length and principal distance in mm, the reciprocal of the focus distance in 1/mm.
+    Baseline, focal length and principal distance in mm, the reciprocal of the focus distance in 1/mm. ``fixed`` are
+    parameters that must have a given value, by names such as ``upper.viewpoint_mm``.
     """
 
     baseline: tuple[float, float]
     focal_length: tuple[float, float]
     reciprocal_focus: tuple[float, float]
     f_number: tuple[float, float]
+    fixed: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def principal_distance(self) -> tuple[float, float]:
@@ -50,24 +57,54 @@ class FreeRanges:
 def free_ranges(requirement: Requirement, lens: Lens) -> FreeRanges:
     """What a requirement leaves free with one of its lenses."""
     return FreeRanges(
-        requirement.baseline_range_mm, lens.focal_lengths_mm, lens.reciprocal_focus_per_mm, lens.f_numbers
+        requirement.baseline_range_mm,
+        lens.focal_lengths_mm,
+        lens.reciprocal_focus_per_mm,
+        lens.f_numbers,
+        fixed_parameters(requirement),
     )
+
+
+def fixed_parameters(requirement: Requirement) -> dict[str, float]:
+    """The parameters the requirement fixes, by names such as ``primary.radius_mm`` and ``upper.gain``."""
+    given: dict[str, float] = {}
+    for owners in (requirement.fixed.mirror, requirement.fixed.view):
+        for owner, part in owners.items():
+            given |= {f"{owner}.{name}": value for name, value in part.model_dump(exclude_none=True).items()}
+    return given
 
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """Least and greatest value of one variable; on a logarithmic scale the signs of both agree."""
+    """Where one variable lives; on a logarithmic scale all signs agree.
+
+    Starts are drawn between ``low`` and ``high``, which the solver sees as 0 and 1. It may go from ``least`` to
+    ``greatest``, which lie at or beyond them (None: no farther).
+    """
 
     low: float
     high: float
     logarithmic: bool = False
+    least: float | None = None
+    greatest: float | None = None
+
+    @property
+    def scaled_reach(self) -> tuple[float, float]:
+        """How far the solver may go, on the scale of 0..1."""
+        low, high = self.scaled_ends
+        if high == low:
+            return 0.0, 1.0
+        ends = [low if self.least is None else self._on_scale(self.least)]
+        ends.append(high if self.greatest is None else self._on_scale(self.greatest))
+        return min((ends[0] - low) / (high - low), 0.0), max((ends[1] - low) / (high - low), 1.0)
+
+    def _on_scale(self, value: float) -> float:
+        return math.log(abs(value)) if self.logarithmic else value
 
     @property
     def scaled_ends(self) -> tuple[float, float]:
         """The ends on the scale on which the variable is linear in 0..1."""
-        if self.logarithmic:
-            return math.log(abs(self.low)), math.log(abs(self.high))
-        return self.low, self.high
+        return self._on_scale(self.low), self._on_scale(self.high)
 
     @property
     def is_fixed(self) -> bool:
@@ -100,8 +137,11 @@ class Variable:
     name, unit
         How values hold it; lengths in mm, gains signed.
     range
-        Its least and greatest value for a variant, a requirement's numbers and what they leave free: generous, so
-        that constraints decide and not the bounds. Equal ends mean that a variant has no choice.
+        Where starts are drawn for a variant, a requirement's numbers and what they leave free. Equal ends mean that a
+        variant has no choice.
+    reach
+        How far beyond its range the solver may go: so far that constraints decide and not the bounds. None if the
+        range itself is what the requirement, or the variant, allows.
     sign
         +1 or -1 for a variant: what the logarithm of a logarithmic variable loses.
     is_logarithmic
@@ -116,6 +156,7 @@ class Variable:
     is_logarithmic: Callable[[Variant], bool] = _linear
     sign: Callable[[Variant], float] = _positive
     role: Literal["shape", "enclosure"] = "shape"
+    reach: Callable[[Variant, Specification, FreeRanges], tuple[float, float]] | None = None
 
 
 def _gain_range(view: str) -> Callable[[Variant, Specification, FreeRanges], tuple[float, float]]:
@@ -123,7 +164,7 @@ def _gain_range(view: str) -> Callable[[Variant, Specification, FreeRanges], tup
         """From a tenth of the least limiting gain over the allowed baselines and principal distances to the largest."""
         limits = [
             limiting_gains(variant, specification, baseline, distance)[view]
-            for baseline, distance in product(free.baseline, free.principal_distance)
+            for baseline, distance in product(sampled(free.baseline), free.principal_distance)
         ]
         # Where the gap leaves no room at some baseline, the view's gain may still be large at another.
         least = max(min(limits), SMALLEST_GAIN_SHARE * max(limits))
@@ -133,8 +174,35 @@ def _gain_range(view: str) -> Callable[[Variant, Specification, FreeRanges], tup
     return range_of
 
 
+def _gain_reach(view: str) -> Callable[[Variant, Specification, FreeRanges], tuple[float, float]]:
+    range_of = _gain_range(view)
+
+    def reach_of(variant: Variant, specification: Specification, free: FreeRanges) -> tuple[float, float]:
+        """A hundredth of its range, which a small mirror may need, and a gain that is fixed."""
+        least, most = range_of(variant, specification, free)
+        given = free.fixed.get(f"{view}.gain", most)
+        if given * most < 0.0:  # no design of this variant can have it
+            given = most
+        return min(LEAST_GAIN_SHARE * least, given, key=abs), max(most, given, key=abs)
+
+    return reach_of
+
+
 def _gain_sign(view: str) -> Callable[[Variant], float]:
     return lambda variant: float(variant.gain_sign(view))
+
+
+def _lower_viewpoint_range(variant: Variant, asked: Specification, free: FreeRanges) -> tuple[float, float]:
+    """Everywhere in and around the envelope, and as far beyond as steep views and long baselines need."""
+    low, high = lower_viewpoints(variant, asked, free.baseline, free.fixed)
+    around = (asked.lens_front - 2.0 * asked.envelope_height, asked.lens_front + 2.5 * asked.envelope_height)
+    return min(around[0], low, high), max(around[1], low, high)
+
+
+def _secondary_height_reach(variant: Variant, asked: Specification, free: FreeRanges) -> tuple[float, float]:
+    low, high = secondary_vertices(variant, asked, free.baseline)
+    given = free.fixed.get("secondary.vertex_mm", high)
+    return max(min(low, given), LOWEST_VERTEX_MM), max(high, given)
 
 
 def _secondary_range(variant: Variant, specification: Specification, free: FreeRanges) -> tuple[float, float]:
@@ -154,16 +222,9 @@ VARIABLES: tuple[Variable, ...] = (
     Variable("focal_length", "mm", lambda variant, asked, free: free.focal_length),
     Variable("reciprocal_focus", "1/mm", lambda variant, asked, free: free.reciprocal_focus),
     Variable("f_number", "", lambda variant, asked, free: free.f_number, _logarithmic),
-    Variable(
-        "lower_viewpoint",
-        "mm",
-        lambda variant, asked, free: (
-            asked.lens_front - 2.0 * asked.envelope_height,
-            asked.lens_front + 2.5 * asked.envelope_height,
-        ),
-    ),
-    Variable("lower_gain", "", _gain_range("lower"), _logarithmic, _gain_sign("lower")),
-    Variable("upper_gain", "", _gain_range("upper"), _logarithmic, _gain_sign("upper")),
+    Variable("lower_viewpoint", "mm", _lower_viewpoint_range),
+    Variable("lower_gain", "", _gain_range("lower"), _logarithmic, _gain_sign("lower"), reach=_gain_reach("lower")),
+    Variable("upper_gain", "", _gain_range("upper"), _logarithmic, _gain_sign("upper"), reach=_gain_reach("upper")),
     # Direct configurations have no secondary and ignore both of its variables. Its height keeps its range there, since
     # random starts are drawn for all variables at once and told apart by all that place mirrors.
     Variable(
@@ -173,6 +234,7 @@ VARIABLES: tuple[Variable, ...] = (
             max(0.5 * asked.nearest_mirror, 1.0),
             asked.lens_front + 1.2 * asked.envelope_height,
         ),
+        reach=_secondary_height_reach,
     ),
     Variable("secondary_inverse_gain", "", _secondary_range, _reaches_beyond_one, _secondary_sign),
     Variable(
@@ -197,7 +259,11 @@ VARIABLE_NAMES = tuple(variable.name for variable in VARIABLES)
 def bounds_of(variant: Variant, specification: Specification, free: FreeRanges) -> VariableBounds:
     """The bounds of every variable of a variant."""
     return {
-        variable.name: Bounds(*variable.range(variant, specification, free), variable.is_logarithmic(variant))
+        variable.name: Bounds(
+            *variable.range(variant, specification, free),
+            variable.is_logarithmic(variant),
+            *(variable.reach(variant, specification, free) if variable.reach is not None else ()),
+        )
         for variable in VARIABLES
     }
 

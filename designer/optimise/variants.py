@@ -7,10 +7,11 @@ rim the light passes, whether the primary sits ahead of the lens) is found by th
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
-from designer.configurations import FLATTEST, MOST_PARABOLIC, Configuration, MirrorKind
+from designer.configurations import Configuration, MirrorKind
 from designer.design import Sense
-from designer.optics.kinds import CONVEX_HYPERBOLOID_GAINS, ELLIPSOID_GAINS, gain_of
+from designer.optics.kinds import CONVEX_HYPERBOLOID_GAINS, ELLIPSOID_GAINS
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,11 +105,54 @@ def _folds(primary: MirrorKind, secondary: MirrorKind) -> tuple[Fold, ...]:
         _pair(primary, label, sign, inverse_gains) for label, sign, inverse_gains in _secondary_branches(secondary)
     ]
     if primary is secondary is MirrorKind.ELLIPSOID:
-        # The pair that shares a focus below the primary, which the light never reaches (c < 0 for both).
-        inverse = (gain_of(MOST_PARABOLIC), gain_of(FLATTEST))
-        ellipsoids = Fold("convex primary, shared focus below", 1, (-inverse[1], -inverse[0]), ELLIPSOID_GAINS, 1)
-        folds.append(ellipsoids)
+        return tuple(case.fold for case in PAIRS_OF_ELLIPSOIDS if not case.why_left_out)
     return tuple(fold for fold in folds if fold is not None)
+
+
+@dataclass(frozen=True, slots=True)
+class EllipsoidPair:
+    """One combination of signs of two ellipsoids in a folding pair, and why it is no variant, if it is not."""
+
+    fold: Fold
+    why_left_out: str = ""
+
+
+def _pairs_of_ellipsoids() -> tuple[EllipsoidPair, ...]:
+    """Every combination of signs: where the shared focus lies, which face the primary has, which way its gain goes.
+
+    The secondary's second focus lies between pinhole and secondary (-1 < kappa < 0) or below the pinhole (kappa < -1).
+    The primary is the bottom of an ellipsoid seen from inside, behind the shared focus, or the top seen from outside,
+    ahead of it. The viewpoint is its focus nearer to that vertex, and it widens the view (abs(kappa) < 1), or the
+    farther one, and it narrows the view.
+    """
+    widening, narrowing = ELLIPSOID_GAINS, (1.0 / ELLIPSOID_GAINS[1], 1.0 / ELLIPSOID_GAINS[0])
+    below = (-CONVEX_HYPERBOLOID_GAINS[1], -CONVEX_HYPERBOLOID_GAINS[0])  # 1 / kappa, as far from 0 and -1
+    places = (("above", narrowing), ("below", below))
+    cases = []
+    for (place, inverse_gains), side, gains in product(places, (-1, 1), (widening, narrowing)):
+        reason = ""
+        if place == "below" and side < 0:
+            reason = "its light would cross the axis below the pinhole, inside the camera"
+        elif place == "below" and gains is narrowing:
+            reason = "both mirrors narrow the view"
+        elif gains is narrowing:
+            reason = "a primary that narrows the view is left out, as a concave hyperboloid is"
+        face = "concave" if side < 0 else "convex"
+        where = "between pinhole and primary" if (place, side) == ("above", 1) else place
+        cases.append(
+            EllipsoidPair(Fold(f"{face} primary, shared focus {where}", 1, inverse_gains, gains, side), reason)
+        )
+    # In the order in which they came to be known: warm starts hold their place.
+    return tuple(sorted(cases, key=lambda case: _PLACES.index(case.fold.label)))
+
+
+_PLACES = (
+    "concave primary, shared focus above",
+    "convex primary, shared focus below",
+    "convex primary, shared focus between pinhole and primary",
+    "concave primary, shared focus below",
+)
+PAIRS_OF_ELLIPSOIDS = _pairs_of_ellipsoids()
 
 
 def _secondary_branches(kind: MirrorKind) -> tuple[tuple[str, int, tuple[float, float]], ...]:
@@ -124,7 +168,7 @@ def _secondary_branches(kind: MirrorKind) -> tuple[tuple[str, int, tuple[float, 
 def _pair(primary: MirrorKind, label: str, sign: int, inverse_gains: tuple[float, float]) -> Fold | None:
     if primary is MirrorKind.PLANE:
         if max(inverse_gains) <= 1.0 and sign > 0:
-            # A concave secondary with a plane primary magnifies (kappa > 1): the image would turn past 90 degrees.
+            # The other variant holds it too: its gain alone makes the secondary convex (below 1) or concave (above).
             return None
         return Fold("", sign, inverse_gains, None, 1, primary_is_plane=True)
     if primary is MirrorKind.HYPERBOLOID:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from typing import Any
 
@@ -225,9 +226,11 @@ def test_a_miss_names_its_constraint_and_by_how_much(requirement, name):
 def test_a_fixed_number_that_is_missed_is_missed_on_one_side(conic, side):
     asked = set_key(set_key(INDOOR, "solve.starts", 4), "fixed", {"mirror": {"direct": {"conic": conic}}})
     result = search(asked, CONFIGURATIONS["folded-HyPl-Hy-upper_outer"])
-    assert result.shortfall is not None
-    assert result.shortfall.unit == f"{side} (in the conic constant)"
-    assert f"fixed conic of the direct mirror by {result.shortfall.amount:.3g} {side}" in result.reason
+    # Other constraints may fail by as much, in front of it.
+    missed = re.search(r"fixed conic of the direct mirror by (\S+) (too \w+) \(in the conic constant\)", result.reason)
+    assert missed is not None, result.reason
+    assert float(missed[1]) > 0.0
+    assert missed[2] == side
 
 
 def test_all_that_miss_equally_are_named_whatever_the_seed():

@@ -63,7 +63,7 @@ def symbolic(problem: Problem) -> casadi.Function:
     system = put_together(problem.variant, values, specification)
     numbers = [getattr(specification, name) for name in SPECIFICATION_NAMES]
     pairs = pair_up(system.layout)
-    legs, solids = leg_rows(system.layout.legs), solid_rows(system.layout.solids)
+    legs, solids = leg_rows(system.layout.legs), solid_rows(pairs.solids)
     light = [
         leg_separations(legs, solids, pairs.leg_solid, casadi.repmat(casadi.DM(weights).T, len(pairs.leg_solid), 1))
         for weights in normal_weights(LEG_DIRECTIONS, LEG_NORMALS)
