@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from designer.configurations import Configuration
+from designer.optimise.branch import fixed_parameters
 from designer.optimise.problem import Problem
 from designer.optimise.program import forget_programs
-from designer.optimise.search import SearchResult, fixed_parameters, search
+from designer.optimise.search import SearchResult, search
 from designer.optimise.specification import specification_of
 from designer.optimise.variables import bounds_of, free_ranges
 from designer.optimise.variants import enumerate_variants

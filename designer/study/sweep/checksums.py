@@ -11,10 +11,11 @@ from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 
-TaskName = tuple[object, object]
-"""(point, chunk), as the store holds it: whole numbers unless damaged."""
+TaskName = tuple[object, object, object]
+"""(point, chunk, round), as the store holds it: whole numbers unless damaged."""
 
 CHECKSUM = "sha256"
+TASK_COLUMNS = "point, chunk, round, warm_starts, seconds"
 
 
 def sha256_of(value: object) -> str:
@@ -22,13 +23,14 @@ def sha256_of(value: object) -> str:
     return hashlib.sha256(ascii(value).encode("ascii")).hexdigest()
 
 
-def task_checksum(connection: sqlite3.Connection, columns: Sequence[str], point: int, chunk: int) -> str:
-    """The checksum of a task that is in the store."""
+def task_checksum(connection: sqlite3.Connection, columns: Sequence[str], point: int, chunk: int, number: int) -> str:
+    """The checksum of a task that is in the store; ``number`` is that of its round."""
     rows = connection.execute(
-        f"SELECT {', '.join(columns)} FROM results WHERE point = ? AND chunk = ? ORDER BY configuration", (point, chunk)
+        f"SELECT {', '.join(columns)} FROM results WHERE point = ? AND chunk = ? AND round = ? ORDER BY configuration",
+        (point, chunk, number),
     ).fetchall()
     (task,) = connection.execute(
-        "SELECT point, chunk, warm_starts, seconds FROM tasks WHERE point = ? AND chunk = ?", (point, chunk)
+        f"SELECT {TASK_COLUMNS} FROM tasks WHERE point = ? AND chunk = ? AND round = ?", (point, chunk, number)
     ).fetchall()
     return sha256_of((task, sha256_of(rows)))
 
@@ -37,19 +39,18 @@ def damaged_tasks(connection: sqlite3.Connection, columns: Sequence[str]) -> lis
     """The tasks of which anything in the store is not as it was written; results without their task are among them."""
     # Not by an index, which may be damaged where the table is not: hence the plus signs.
     found = connection.execute(
-        f"SELECT {', '.join(columns)} FROM results NOT INDEXED ORDER BY +point, +chunk, +configuration"
+        f"SELECT {', '.join(columns)} FROM results NOT INDEXED ORDER BY +point, +chunk, +round, +configuration"
     )
-    place = columns.index("point"), columns.index("chunk")
+    places = [columns.index(name) for name in ("point", "chunk", "round")]
     rows = {
-        name: sha256_of(list(group)) for name, group in groupby(found, key=lambda row: (row[place[0]], row[place[1]]))
+        (name[0], name[1], name[2]): sha256_of(list(group))
+        for name, group in groupby(found, key=lambda row: tuple(row[place] for place in places))
     }
     nothing = sha256_of([])
     names: dict[TaskName, None] = dict.fromkeys(rows)
     whole: set[TaskName] = set()
-    for *task, checksum in connection.execute(
-        f"SELECT point, chunk, warm_starts, seconds, {CHECKSUM} FROM tasks NOT INDEXED"
-    ):
-        name = (task[0], task[1])
+    for *task, checksum in connection.execute(f"SELECT {TASK_COLUMNS}, {CHECKSUM} FROM tasks NOT INDEXED"):
+        name = (task[0], task[1], task[2])
         names[name] = None
         if checksum == sha256_of((tuple(task), rows.get(name, nothing))):
             whole.add(name)

@@ -1,8 +1,9 @@
 """The store of a sweep: one SQLite file in its folder, written by one process, a task at a time, each whole or absent.
 
 Tables: ``points`` (number, parent, coordinates as JSON), ``tasks`` (one row for each finished task, with the warm
-starts of its children and the checksum of all that it found), ``results`` (one row for each point and configuration),
-``about`` (what the sweep was, and the checksum of that).
+starts of its neighbours and the checksum of all that it found), ``results`` (a row for each point and configuration
+from round 0, and one more from each later round that has found something better), ``about`` (what the sweep was, and
+the checksum of that).
 """
 
 from __future__ import annotations
@@ -39,21 +40,21 @@ _SQL_TYPES = {str: "TEXT", float: "REAL", int: "INTEGER", bool: "INTEGER"}
 RESULT_COLUMNS = {name: _SQL_TYPES[column.kind] for name, column in SWEPT_COLUMNS.items()}
 """Columns of ``results`` beside the point, in order; lengths in mm, errors as shares."""
 
-_COLUMNS_OF_TASKS = ["point", "chunk", "warm_starts", "seconds", CHECKSUM]
-_COLUMNS_OF_RESULTS = ["point", "chunk", *RESULT_COLUMNS]
+_COLUMNS_OF_TASKS = ["point", "chunk", "round", "warm_starts", "seconds", CHECKSUM]
+_COLUMNS_OF_RESULTS = ["point", "chunk", "round", *RESULT_COLUMNS]
 _START_AGAIN = "remove the file to start again, or choose another folder with --out"
 
 _SCHEMA = f"""
 CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE points (point INTEGER PRIMARY KEY, parent INTEGER, coordinates TEXT NOT NULL);
 CREATE TABLE tasks (
-    point INTEGER NOT NULL REFERENCES points, chunk INTEGER NOT NULL, warm_starts TEXT NOT NULL, seconds REAL NOT NULL,
-    {CHECKSUM} TEXT NOT NULL, PRIMARY KEY (point, chunk)
+    point INTEGER NOT NULL REFERENCES points, chunk INTEGER NOT NULL, round INTEGER NOT NULL, warm_starts TEXT NOT NULL,
+    seconds REAL NOT NULL, {CHECKSUM} TEXT NOT NULL, PRIMARY KEY (point, chunk, round)
 );
 CREATE TABLE results (
-    point INTEGER NOT NULL REFERENCES points, chunk INTEGER NOT NULL,
+    point INTEGER NOT NULL REFERENCES points, chunk INTEGER NOT NULL, round INTEGER NOT NULL,
     {", ".join(f"{name} {kind}" for name, kind in RESULT_COLUMNS.items())},
-    PRIMARY KEY (point, configuration)
+    PRIMARY KEY (point, configuration, round)
 );
 """
 
@@ -71,18 +72,49 @@ class Store:
         self.was_emptied = was_emptied
         """Whether the file was there but empty: truncated, or cut off before anything was solved."""
 
-    def finished(self) -> set[tuple[int, int]]:
-        """(point, chunk) of every finished task."""
-        return set(self.connection.execute("SELECT point, chunk FROM tasks"))
+    def finished(self, number: int) -> set[tuple[int, int]]:
+        """(point, chunk) of every finished task of a round."""
+        return set(self.connection.execute("SELECT point, chunk FROM tasks WHERE round = ?", (number,)))
 
-    def warm_starts(self, point: int, chunk: int) -> str:
+    def better(self, number: int) -> set[tuple[int, int]]:
+        """(point, chunk) of every task of a round with results; from round 1 on it has found something better."""
+        return set(self.connection.execute("SELECT DISTINCT point, chunk FROM results WHERE round = ?", (number,)))
+
+    def warm_starts(self, point: int, chunk: int, number: int = 0) -> str:
         """The warm starts that one finished task left, as JSON."""
-        found = self.connection.execute("SELECT warm_starts FROM tasks WHERE point = ? AND chunk = ?", (point, chunk))
+        found = self.connection.execute(
+            "SELECT warm_starts FROM tasks WHERE point = ? AND chunk = ? AND round = ?", (point, chunk, number)
+        )
         return str(found.fetchone()[0])
+
+    def warm_starts_before(self, point: int, chunk: int, number: int) -> tuple[str, ...]:
+        """The warm starts that a point's tasks left before a round, oldest first."""
+        found = self.connection.execute(
+            "SELECT warm_starts FROM tasks WHERE point = ? AND chunk = ? AND round < ? ORDER BY round",
+            (point, chunk, number),
+        )
+        return tuple(text for (text,) in found)
+
+    def statuses_before(self, point: int, chunk: int, number: int) -> dict[str, str]:
+        """The status of each configuration of one task, as it was before a round."""
+        found = self.connection.execute(
+            "SELECT configuration, status FROM results WHERE point = ? AND chunk = ? AND round < ? ORDER BY round",
+            (point, chunk, number),
+        )
+        return dict(found)
+
+    def reached_before(self, number: int, column: str) -> dict[tuple[int, str], tuple[str, float | None]]:
+        """Status and one column of each (point, configuration), as they were before a round."""
+        found = self.connection.execute(
+            f"SELECT point, configuration, status, {column} FROM results WHERE round < ? ORDER BY round", (number,)
+        )
+        return {(point, name): (status, value) for point, name, status, value in found}
 
     def feasible_count(self) -> int:
         """How many designs are feasible so far."""
-        found = self.connection.execute("SELECT COUNT(*) FROM results WHERE status = 'feasible'")
+        found = self.connection.execute(
+            "SELECT COUNT(*) FROM (SELECT DISTINCT point, configuration FROM results WHERE status = 'feasible')"
+        )
         return int(found.fetchone()[0])
 
     def remove_damaged(self) -> int:
@@ -101,11 +133,13 @@ class Store:
             raise damaged_store(self.path, error) from None
         with self._writing():
             for table in ("results", "tasks") if damaged else ():
-                self.connection.executemany(f"DELETE FROM {table} WHERE point IS ? AND chunk IS ?", damaged)
+                self.connection.executemany(
+                    f"DELETE FROM {table} WHERE point IS ? AND chunk IS ? AND round IS ?", damaged
+                )
         return len(damaged)
 
-    def add(self, point: int, chunk: int, result: TaskResult) -> None:
-        """Write one finished task, whole or not at all.
+    def add(self, point: int, chunk: int, number: int, result: TaskResult) -> None:
+        """Write one finished task of a round, whole or not at all.
 
         Raises
         ------
@@ -113,18 +147,20 @@ class Store:
             The disk is full or has failed; the task is not in the store.
         """
         columns = _COLUMNS_OF_RESULTS
-        rows = [[point, chunk, *(row.values.get(name) for name in RESULT_COLUMNS)] for row in result.rows]
+        rows = [[point, chunk, number, *(row.values.get(name) for name in RESULT_COLUMNS)] for row in result.rows]
         with self._writing():
             self.connection.executemany(
                 f"INSERT INTO results ({', '.join(columns)}) VALUES ({', '.join('?' * len(columns))})", rows
             )
             self.connection.execute(
-                "INSERT INTO tasks VALUES (?, ?, ?, ?, '')", (point, chunk, result.warm_starts, result.seconds)
+                "INSERT INTO tasks VALUES (?, ?, ?, ?, ?, '')",
+                (point, chunk, number, result.warm_starts, result.seconds),
             )
             # Of the values as SQLite returns them, which is how they are verified.
-            checksum = task_checksum(self.connection, columns, point, chunk)
+            checksum = task_checksum(self.connection, columns, point, chunk, number)
             self.connection.execute(
-                f"UPDATE tasks SET {CHECKSUM} = ? WHERE point = ? AND chunk = ?", (checksum, point, chunk)
+                f"UPDATE tasks SET {CHECKSUM} = ? WHERE point = ? AND chunk = ? AND round = ?",
+                (checksum, point, chunk, number),
             )
 
     def create(self, about: dict[str, str], points: tuple[Point, ...]) -> None:

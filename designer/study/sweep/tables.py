@@ -38,7 +38,11 @@ def read_sweep_results(folder: Path) -> pd.DataFrame:
             number: json.loads(text)
             for number, text in connection.execute("SELECT point, coordinates FROM points ORDER BY point")
         }
-        rows = connection.execute(f"SELECT point, {', '.join(RESULT_COLUMNS)} FROM results").fetchall()
+        # With MAX, SQLite takes the other columns from the same row: what the latest round has found.
+        found = connection.execute(
+            f"SELECT point, {', '.join(RESULT_COLUMNS)}, MAX(round) FROM results GROUP BY point, configuration"
+        )
+        rows = [row[:-1] for row in found]
         base = requirement_of(folder)
     frame = pd.DataFrame(rows, columns=["point", *RESULT_COLUMNS])
     order = {configuration.name: place for place, configuration in enumerate(base.configurations)}
