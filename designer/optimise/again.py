@@ -123,7 +123,8 @@ def _first_stage(requirement: Requirement, again: _Branch, target: Target, fresh
     if again.own is not None:
         followed = [follow(task, other.scaled, other.directions, target) for other in others]
         found += [design for design in followed if design is not None]
-    elif not found and others:
+        others = [other for other, design in zip(others, followed, strict=True) if design is None]
+    if others and not found:
         reached = [design for design in make_feasible(task, others) if design.is_feasible]
         found += improve(task, reached, target) if reached else []
     if fresh is not None:
@@ -154,7 +155,7 @@ def _from_neighbours(again: _Branch, goal: str, value: float) -> tuple[list[Cand
     better = [one for one in examined if one.is_feasible and one.goals[goal] < value * (1.0 - WORTH_A_CHANGE)]
     feasible = distinct_designs(better, goal)[:MOST_FROM_NEIGHBOURS]
     others: list[Candidate] = []
-    for one in examined[: len(promising)] if again.own else examined:
+    for one in examined:
         apart = [*others, *feasible, *([again.own] if again.own else [])]
         if not one.is_feasible and all(np.abs(one.scaled - other.scaled).max() > ELSEWHERE for other in apart):
             others.append(one)

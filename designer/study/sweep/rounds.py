@@ -28,8 +28,13 @@ from designer.study.sweep.store import Store
 COULD_WIN = 0.05
 # So many starts it then gets for each variant; neighbours tell each other what they find.
 FEW_STARTS = 2
-# A configuration stands out at a point if its first objective is this share above what both sides of it suggest.
-STANDS_OUT = 0.02
+# A configuration stands out at a point if its first objective is this share above what both sides of it suggest, ...
+ABOVE_BOTH_SIDES = 0.02
+# ... or if it is so much farther above the closed-form limit than at one neighbour; or if it has no design there.
+ABOVE_ONE_NEIGHBOUR = 0.05
+# Of those that stand out, so many in all are searched from scratch, the worst first: their number does not grow with
+# the sweep's, and fine sweeps need them less.
+MOST_SEARCHES = 500
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +61,7 @@ def rounds_after_tree(points: tuple[Point, ...], base: Requirement, store: Store
     searched = {(point.number, name) for point in points if point.is_afresh for name in of_chunk}
     yield Round(
         1,
-        {(point.number, chunk): tuple(set(point.neighbours) - {point.parent}) for point in points for chunk in chunks},
+        {(point.number, chunk): point.neighbours for point in points for chunk in chunks},
         _grouped(
             {
                 (number, name): Fresh(FEW_STARTS, number + 1)
@@ -66,7 +71,7 @@ def rounds_after_tree(points: tuple[Point, ...], base: Requirement, store: Store
             of_chunk,
         ),
     )
-    number = 2
+    number, most = 2, MOST_SEARCHES
     while True:
         neighbours = defaultdict(list)
         for changed, chunk in sorted(store.better(number - 1)):
@@ -74,10 +79,12 @@ def rounds_after_tree(points: tuple[Point, ...], base: Requirement, store: Store
                 neighbours[other, chunk].append(changed)
         fresh = {}
         if not neighbours:
-            fresh = {each: Fresh() for each in _standing_out(store, base, points, number) if each not in searched}
+            worst_first = [each for each in _standing_out(store, base, points, number) if each not in searched]
+            fresh = {each: Fresh() for each in worst_first[:most]}
             if not fresh:
                 return
             searched |= fresh.keys()
+            most -= len(fresh)
         yield Round(number, {task: tuple(others) for task, others in neighbours.items()}, _grouped(fresh, of_chunk))
         number += 1
 
@@ -103,15 +110,9 @@ def _grouped(fresh: dict[tuple[int, str], Fresh], of_chunk: dict[str, int]) -> d
     return dict(tasks)
 
 
-def _first_objectives(store: Store, base: Requirement, number: int) -> dict[tuple[int, str], float]:
-    """The first objective of everything feasible before a round."""
-    reached = store.reached_before(number, ranking_columns(base.objective)[0])
-    return {each: value for each, (status, value) in reached.items() if status == "feasible" and value is not None}
-
-
 def _could_win(store: Store, base: Requirement, number: int) -> list[tuple[int, str]]:
-    """The points and configurations whose first objective is near the best of the point."""
-    values = _first_objectives(store, base, number)
+    """The points and configurations whose first objective is near the best of the point, before a round."""
+    values = store.feasible_before(number, ranking_columns(base.objective)[0])
     best: dict[int, float] = {}
     for (point, _), value in values.items():
         best[point] = min(value, best.get(point, math.inf))
@@ -119,27 +120,41 @@ def _could_win(store: Store, base: Requirement, number: int) -> list[tuple[int, 
 
 
 def _standing_out(store: Store, base: Requirement, points: tuple[Point, ...], number: int) -> list[tuple[int, str]]:
-    """The points and configurations that are worse than both neighbours along an axis suggest."""
-    values = _first_objectives(store, base, number)
-    names = [configuration.name for configuration in base.configurations]
+    """The points and configurations that are worse than their neighbours suggest, before a round; the worst first."""
+    column = ranking_columns(base.objective)[0]
+    values = store.feasible_before(number, column)
+    # Another objective has no limit to be compared with.
+    ratios = (
+        store.feasible_before(number, "first_stage_limit_ratio") if base.objective.minimise == "depth_error" else values
+    )
+    impossible = store.impossible_before(number)
     found = []
     for point in points:
-        for name in names:
-            value = values.get((point.number, name), math.inf)
-            if any(value > _expected(values, points, point, sides, name) * (1.0 + STANDS_OUT) for sides in point.lines):
-                found.append((point.number, name))
-    return found
+        for name in (configuration.name for configuration in base.configurations):
+            this = point.number, name
+            beside = [ratios[other, name] for other in point.neighbours if (other, name) in ratios]
+            if this in impossible or not beside:
+                continue
+            if this not in values:
+                found.append((1.0, *this))
+                continue
+            above = [math.log(ratios[this] / min(beside)) / ABOVE_ONE_NEIGHBOUR]
+            for sides in point.lines:
+                expected = _expected(values, points, point, sides, name)
+                above.append(math.log(values[this] / expected) / ABOVE_BOTH_SIDES if expected else 0.0)
+            if max(above) >= 1.0:
+                found.append((max(above), *this))
+    return [(point, name) for _, point, name in sorted(found, key=lambda each: (-each[0], *each[1:]))]
 
 
 def _expected(
     values: dict[tuple[int, str], float], points: tuple[Point, ...], point: Point, sides: tuple[int, int], name: str
-) -> float:
-    """The first objective between two neighbours, as if its logarithm were linear; infinite unless both have one."""
-    ends = [values.get((side, name)) for side in sides]
-    low, high = ends
+) -> float | None:
+    """The first objective between two neighbours, as if its logarithm were linear; None unless both have one."""
+    low, high = (values.get((side, name)) for side in sides)
     if low is None or high is None:
-        return math.inf
-    (key,) = [key for key, value in points[sides[0]].coordinates.items() if value != points[sides[1]].coordinates[key]]
-    start, end = (points[side].coordinates[key] for side in sides)
-    share = (point.coordinates[key] - start) / (end - start)
+        return None
+    start, end = (points[side].coordinates for side in sides)
+    (key,) = [key for key, value in start.items() if value != end[key]]
+    share = (point.coordinates[key] - start[key]) / (end[key] - start[key])
     return math.exp((1.0 - share) * math.log(low) + share * math.log(high))

@@ -103,12 +103,22 @@ class Store:
         )
         return dict(found)
 
-    def reached_before(self, number: int, column: str) -> dict[tuple[int, str], tuple[str, float | None]]:
-        """Status and one column of each (point, configuration), as they were before a round."""
+    def feasible_before(self, number: int, column: str) -> dict[tuple[int, str], float]:
+        """One column of each (point, configuration) that was feasible before a round, as it was then."""
         found = self.connection.execute(
-            f"SELECT point, configuration, status, {column} FROM results WHERE round < ? ORDER BY round", (number,)
+            f"SELECT point, configuration, {column} FROM results WHERE round < ? AND status = 'feasible' "
+            "ORDER BY point, configuration, round",
+            (number,),
         )
-        return {(point, name): (status, value) for point, name, status, value in found}
+        return {(point, name): value for point, name, value in found}
+
+    def impossible_before(self, number: int) -> set[tuple[int, str]]:
+        """(point, configuration) of what a rule excluded before a round."""
+        return set(
+            self.connection.execute(
+                "SELECT point, configuration FROM results WHERE round < ? AND status = 'impossible'", (number,)
+            )
+        )
 
     def feasible_count(self) -> int:
         """How many designs are feasible so far."""
