@@ -120,9 +120,9 @@ def report(table: pd.DataFrame, studies: pd.DataFrame, base: Requirement) -> boo
     worse = found[first] / found[f"{first}_of_study"] - 1.0
     noticeably, much = (worse > NOTICEABLY).mean(), (worse > MUCH).sum()
     print(
-        f"  {len(found)} first objectives: {noticeably:.2%} more than {NOTICEABLY:.1%} worse than a study's, {much} more "
-        f"than {MUCH:.0%}; worst {worse.max():+.2e}; {(worse < -NOTICEABLY).mean():.2%} more than {NOTICEABLY:.1%} "
-        f"better, best {worse.min():+.2e}"
+        f"  {len(found)} first objectives: {noticeably:.2%} more than {NOTICEABLY:.1%} worse than a study's, {much} "
+        f"more than {MUCH:.0%}; worst {worse.max():+.2e}; {(worse < -NOTICEABLY).mean():.2%} more than "
+        f"{NOTICEABLY:.1%} better, best {worse.min():+.2e}"
     )
     print(f"  feasible in the study alone: {list(names(lost))}; in the sweep alone: {len(gained)}")
     swept, studied = winners_of(table, base), winners_of(studies, base)

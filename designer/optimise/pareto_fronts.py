@@ -18,8 +18,9 @@ from designer.optimise.solver import Target
 from designer.optimise.variants import enumerate_variants
 from designer.requirement import Requirement, set_key
 
-# So many fresh starts for each variant at each bound.
-FRESH_STARTS = 2
+# So many fresh starts for each variant at each bound but the tightest, which gets as many as a study: what fits there
+# fits everywhere.
+FEW_STARTS = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,21 +101,26 @@ def _shared(
     asked = [_bounded(requirement, size, bound) for bound in bounds]
     known: list[Sequence[WarmStart]] = [(_warm_start(requirement, design),) for design in designs]
     configuration = designs[0].problem.variant.configuration
-    fresh = True
+    is_first = True
     waiting = set(range(len(bounds)))
     while waiting:
         better = set()
         for place in sorted(waiting):
             beside = [other for other in (place - 1, place + 1) if 0 <= other < len(bounds)]
-            starts = Fresh(FRESH_STARTS, place + 1) if fresh else None
-            result = search_again(asked[place], configuration, known[place], [known[other] for other in beside], starts)
+            result = search_again(
+                asked[place],
+                configuration,
+                known[place],
+                [known[other] for other in beside],
+                (Fresh() if place == len(bounds) - 1 else Fresh(FEW_STARTS, place + 1)) if is_first else None,
+            )
             if result is not None and result.first is not None:
                 known[place] = result.warm_starts
                 if result.first.goals["depth_error"] < found[place].goals["depth_error"]:
                     found[place] = result.first
                 better.add(place)
         waiting = {other for place in better for other in (place - 1, place + 1) if 0 <= other < len(bounds)}
-        fresh = False
+        is_first = False
     for place in reversed(range(len(bounds) - 1)):
         # What fits into the tighter bound fits into the looser one.
         found[place] = min(found[place], found[place + 1], key=lambda design: design.goals["depth_error"])
