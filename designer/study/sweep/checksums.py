@@ -86,6 +86,19 @@ def structural_damage(connection: sqlite3.Connection, with_indices: bool = True)
     return "" if problems == ["ok"] else " ".join(" ".join(problems).split())
 
 
+def is_truncated(path: Path) -> bool:
+    """Whether a store is shorter than its header says; only while nobody writes to it.
+
+    SQLite reads what is left without complaint where the pages that are missing hold nothing that it looks at.
+    """
+    with path.open("rb") as stream:
+        header = stream.read(100)
+    page = int.from_bytes(header[16:18], "big")
+    # A page of 65536 bytes is written as 1.
+    size = 65536 if page == 1 else page
+    return path.stat().st_size < size * int.from_bytes(header[28:32], "big")
+
+
 def state_of(path: Path) -> tuple[int, int, int]:
     """Inode, size and time of the last change of a store: what differs once it has been written to."""
     found = path.stat()

@@ -15,7 +15,8 @@ from designer.requirement import Requirement, requirement_from_json
 from designer.study.columns import typed
 from designer.study.ranking import best_first, ranking_columns
 from designer.study.sweep.definition import requirement_at
-from designer.study.sweep.store import FILE_NAME, RESULT_COLUMNS, read_store
+from designer.study.sweep.layout import RESULT_COLUMNS
+from designer.study.sweep.store import FILE_NAME, read_store
 
 RESULTS, WINNERS = "results", "winners"
 ASKED = "asked."

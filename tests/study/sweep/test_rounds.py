@@ -92,6 +92,7 @@ def grid_of(lengths):
 
 
 @given(st.lists(st.integers(1, 7), min_size=1, max_size=3))
+@settings(deadline=None, max_examples=30)
 def test_neighbours_on_a_grid_are_one_step_away_and_the_ends_are_searched_from_scratch(lengths):
     points = grid_of(lengths)
     for point in points:
