@@ -42,11 +42,12 @@ clean:
 	rm -rf .venv
 
 # Every version and its hash is locked, the installer and the build backend included. Should uv not reach the package
-# index that pip is configured for, pip installs the same lock itself, only more slowly.
+# index that pip is configured for, pip installs the same lock itself, only more slowly. Compiled once, the libraries are
+# not compiled again by every process where Python may not write beside them.
 .venv/.installed: .venv/.uv requirements.lock pyproject.toml
 	index="$${PIP_INDEX_URL:-$$($(BIN)/pip config get global.index-url 2>/dev/null || true)}"; \
 	if [ -n "$$index" ]; then export UV_DEFAULT_INDEX="$${UV_DEFAULT_INDEX:-$$index}"; fi; \
-	$(BIN)/uv pip install --quiet --python $(BIN)/python --require-hashes --requirement requirements.lock \
+	$(BIN)/uv pip install --quiet --compile-bytecode --python $(BIN)/python --require-hashes --requirement requirements.lock \
 	    || $(BIN)/pip install --quiet --require-hashes --requirement requirements.lock
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation --editable .
 	touch $@

@@ -137,12 +137,11 @@ def _compiled(instance: Instance) -> tuple[Values, Callable[[Array], Array], Cal
 
 def _plain(instance: Instance) -> Values:
     """Objective and constraints as NumPy evaluates them, in the program's order."""
-    problem, offered, choice = instance.run.problem, instance.run.offered, instance.run.directions
+    problem, near, choice = instance.run.problem, instance.run.near, instance.run.directions
     parameters = instance.arguments["p"]
     first = len(SPECIFICATION_NAMES) + 2 * len(VARIABLE_NAMES)
     weights = parameters[first : first + len(GOALS) + 1]
     scales = parameters[first + len(GOALS) + 1 : first + 2 * len(GOALS) + 1]
-    near = [bool(directions) for directions in (*offered.legs, *offered.solids)]
     free = instance.run.free
 
     def values(x: Array) -> tuple[float, Array]:
@@ -153,13 +152,15 @@ def _plain(instance: Instance) -> Values:
         residuals = [np.ravel(item.value)[0] / item.scale for item in problem.constraints(system)]
         light, bodies = separations(system.layout, pair_up(system.layout))
         spare = [
-            1.0 if direction == FAR else along[direction, row, 0] - problem.specification.clearance
-            for directions, along in ((choice.legs, light), (choice.solids, bodies))
-            for row, direction in enumerate(directions)
+            1.0 if directions[row] == FAR else along[directions[row], row, 0] - problem.specification.clearance
+            for rows, directions, along in ((near.legs, choice.legs, light), (near.solids, choice.solids, bodies))
+            for row in rows
         ]
+        rows = [np.array(residuals) + slack, np.array(spare) + slack]
+        if not instance.program.goals:
+            return float(slack), np.concatenate(rows)
         goals = np.array([np.ravel(goal.expression(system))[0] for goal in GOALS.values()]) / scales
-        rows = [np.array(residuals) + slack, np.array(spare)[near] + slack, goals]
-        return float(weights @ np.append(goals, slack)), np.concatenate(rows)
+        return float(weights @ np.append(goals, slack)), np.concatenate([*rows, goals])
 
     return _last(values)
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from designer.extras import is_installed
 from designer.files import InputError
 from designer.notebook_html import html_table, percent
 
@@ -166,8 +167,6 @@ def trace_rays(design: Design, view: Literal["upper", "lower"], directions: Arra
     InputError
         There is no such view, or these are not unit vectors.
     """
-    from importlib.util import find_spec
-
     import numpy as np
 
     from designer.trace.instrument import build_instrument
@@ -182,7 +181,7 @@ def trace_rays(design: Design, view: Literal["upper", "lower"], directions: Arra
         raise InputError("directions: must be unit vectors")
     instrument = build_instrument(design)
     path = instrument.path(getattr(design.views, view).path)
-    if find_spec("numba") is None:
+    if not is_installed("compiled"):
         return trace_sequential(instrument, path, directions)
     from designer.trace.compiled import trace_many
 

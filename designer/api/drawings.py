@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from designer.extras import needs
 from designer.files import InputError, write_atomically
 
 if TYPE_CHECKING:
@@ -68,6 +69,7 @@ class Drawing:
             return stream.getvalue()
 
 
+@needs("report")
 def draw_cross_section(design: Design, width_mm: float = 170.0, height_mm: float = 102.0) -> Drawing:
     """The system cut along its axis, to scale, with traced rays: the upper view's on the right, the lower's left."""
     from designer.report.figures.cross_section import draw_cross_section as draw
@@ -75,6 +77,7 @@ def draw_cross_section(design: Design, width_mm: float = 170.0, height_mm: float
     return _drawn(lambda: draw(design, width_mm, height_mm).figure)
 
 
+@needs("report")
 def draw_image_layout(design: Design, width_mm: float = 85.0, height_mm: float = 75.0) -> Drawing:
     """Where the two views fall on the camera's chip."""
     from designer.report.figures.image_layout import draw_image_layout as draw
@@ -82,6 +85,7 @@ def draw_image_layout(design: Design, width_mm: float = 85.0, height_mm: float =
     return _drawn(lambda: draw(design, width_mm, height_mm))
 
 
+@needs("report")
 def draw_resolution(design: Design, width_mm: float = 85.0, height_mm: float = 65.0) -> Drawing:
     """Pixels per degree of both views against elevation."""
     from designer.report.figures.resolution import draw_resolution as draw
@@ -89,6 +93,7 @@ def draw_resolution(design: Design, width_mm: float = 85.0, height_mm: float = 6
     return _drawn(lambda: draw(design, width_mm, height_mm))
 
 
+@needs("report")
 def draw_virtual_images(*designs: Design, width_mm: float = 170.0, height_mm: float = 75.0) -> Drawing:
     """Depth of the virtual images behind the mirrors against image radius, a panel for each design, at best focus."""
     from designer.report.figures.virtual_images import draw_virtual_images as draw
@@ -96,6 +101,7 @@ def draw_virtual_images(*designs: Design, width_mm: float = 170.0, height_mm: fl
     return _drawn(lambda: draw(designs, width_mm, height_mm))
 
 
+@needs("report")
 def draw_depth_error(design: Design, width_mm: float = 85.0, height_mm: float = 75.0) -> Drawing:
     """Relative depth error against distance, with traced points beside the closed form."""
     from designer.report.figures.depth_error import draw_depth_error as draw
@@ -103,6 +109,7 @@ def draw_depth_error(design: Design, width_mm: float = 85.0, height_mm: float = 
     return _drawn(lambda: draw(design, width_mm, height_mm))
 
 
+@needs("report")
 def draw_depth_map(
     design: Design, image_circle_px: int = 400, width_mm: float = 120.0, height_mm: float = 75.0
 ) -> Drawing:
@@ -112,6 +119,7 @@ def draw_depth_map(
     return _drawn(lambda: draw(design, width_mm, height_mm, image_circle_px), is_raster=True)
 
 
+@needs("report")
 def draw_single_mirror_principles(width_mm: float = 170.0, height_mm: float = 70.0) -> Drawing:
     """One viewpoint from one mirror, hyperboloid or ellipsoid, and from a pair of paraboloids."""
     from designer.report.figures.principles import draw_single_mirror_principles as draw
@@ -119,6 +127,7 @@ def draw_single_mirror_principles(width_mm: float = 170.0, height_mm: float = 70
     return _drawn(lambda: draw(width_mm, height_mm))
 
 
+@needs("report")
 def draw_folded_principle(width_mm: float = 80.0, height_mm: float = 75.0) -> Drawing:
     """One viewpoint from two conics, the second of which folds the light back."""
     from designer.report.figures.principles import draw_folded_principle as draw
@@ -126,6 +135,7 @@ def draw_folded_principle(width_mm: float = 80.0, height_mm: float = 75.0) -> Dr
     return _drawn(lambda: draw(width_mm, height_mm))
 
 
+@needs("report")
 def draw_raw(image: Image, width_mm: float = 140.0) -> Drawing:
     """A raw image."""
     from designer.report.figures.imaging import draw_raw as draw
@@ -133,6 +143,7 @@ def draw_raw(image: Image, width_mm: float = 140.0) -> Drawing:
     return _drawn(lambda: draw(_red_green_blue(image), width_mm), is_raster=True)
 
 
+@needs("report")
 def draw_kernels(rig: StereoRig, image: Image, width_mm: float = 140.0) -> Drawing:
     """A raw image with the equalising kernels of both views, enlarged twelve times.
 
@@ -148,6 +159,7 @@ def draw_kernels(rig: StereoRig, image: Image, width_mm: float = 140.0) -> Drawi
     return _drawn(lambda: draw(rig, _red_green_blue(image), width_mm), is_raster=True)
 
 
+@needs("report")
 def draw_panoramas(found: StereoResult | EndToEndCheck, width_mm: float = 220.0) -> Drawing:
     """Both panoramas, and the disparities in colours: near is bright, dropped is black."""
     from designer.report.figures.imaging import disparity_colours
@@ -161,6 +173,7 @@ def draw_panoramas(found: StereoResult | EndToEndCheck, width_mm: float = 220.0)
     return _drawn(lambda: draw(found.rig.grid, pictures, width_mm), is_raster=True)
 
 
+@needs("report")
 def draw_equalisation(
     compared: EqualisationComparison, columns: tuple[int, int] | None = None, width_mm: float = 200.0
 ) -> Drawing:
@@ -171,6 +184,7 @@ def draw_equalisation(
     return _drawn(lambda: draw_comparison(compared, slice(*(columns or everything)), width_mm), is_raster=True)
 
 
+@needs("report")
 def draw_point_cloud(
     cloud: PointCloud,
     design: Design,
@@ -185,6 +199,7 @@ def draw_point_cloud(
     return _drawn(lambda: draw(cloud, middle_mm, azimuth_deg, elevations_deg, width_mm), is_raster=True)
 
 
+@needs("report")
 def draw_floor_plan(
     cloud: PointCloud, heights_mm: tuple[float, float], extent_mm: float, width_mm: float = 110.0
 ) -> Drawing:
@@ -195,6 +210,7 @@ def draw_floor_plan(
     return _drawn(lambda: draw(floor_plan(cloud, heights_mm, extent_mm), width_mm), is_raster=True)
 
 
+@needs("report")
 def draw_winner_map(swept: SweepResult, width_mm: float = 120.0) -> Drawing:
     """Which configuration wins where in a sweep, by letters and colours.
 

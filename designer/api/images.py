@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from designer.extras import needs
 from designer.files import InputError
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from designer.imaging.stereo.rig import StereoRig
 
 
+@needs("imaging")
 def render(
     design: Design,
     scene: str = "auto",
@@ -74,6 +76,7 @@ def render(
     return np.asarray(expose(radiance, detector, seed=seed), dtype=np.uint8)
 
 
+@needs("imaging")
 def write_image(path: str | Path, image: Image) -> None:
     """Write an image as PNG; colour in OpenCV's order (blue, green, red)."""
     from designer.imaging.images import write_image as write
@@ -92,6 +95,7 @@ def placement(
     return ImagePlacement(center_px or design.camera.principal_point_px, radians(rotation_deg), scale)
 
 
+@needs("imaging")
 def find_center(
     design: Design,
     image: ArrayLike | str | Path,
@@ -112,6 +116,7 @@ def find_center(
     return find_centre(design, in_grey(raw), start or placement(design), distances_mm=distances_mm)
 
 
+@needs("imaging")
 def stereo_rig(
     design: Design,
     *,
@@ -157,6 +162,7 @@ def stereo_rig(
     )
 
 
+@needs("imaging")
 def reconstruct(
     rig: StereoRig | Design,
     image: ArrayLike | str | Path,
@@ -198,6 +204,7 @@ def reconstruct(
     return process(rig, _image_of(image, rig.design.camera), request)
 
 
+@needs("imaging")
 def check(design: Design, scene: str = "auto", seed: int = 0, *, pinhole: bool = False) -> EndToEndCheck:
     """A design tried end to end: a scene rendered, turned into panoramas, matched, and compared with the truth.
 
@@ -220,6 +227,7 @@ def check(design: Design, scene: str = "auto", seed: int = 0, *, pinhole: bool =
     return check_design(design, replace(options, lens=None) if pinhole else options)
 
 
+@needs("imaging")
 def point_cloud(found: EndToEndCheck) -> PointCloud:
     """The points that a check reconstructed, in the frame of the pinhole, each with its standard deviations."""
     from designer.imaging.stereo.rig import point_cloud as cloud_of
@@ -234,6 +242,7 @@ def write_point_cloud(path: str | Path, cloud: PointCloud) -> None:
     write_ply(Path(path), cloud)
 
 
+@needs("imaging")
 def compare_equalisation(rig: StereoRig, image: ArrayLike | str | Path) -> EqualisationComparison:
     """One image matched three times: sampled bilinearly, smoothed alike in both views, and equalised.
 

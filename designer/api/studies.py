@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from designer.extras import require_extra
 from designer.files import InputError
 from designer.notebook_html import html_table
 from designer.requirement import Requirement, read_requirement, set_key
@@ -109,14 +110,10 @@ class SweepResult:
         """
         import numpy as np
 
-        try:
-            from designer.report.figures.sweep_explorer import draw_explorer
-        except ModuleNotFoundError as error:
-            if error.name is None or error.name.partition(".")[0] != "plotly":
-                raise
-            raise InputError(
-                "the interactive front needs plotly; install it with: pip install 'catadioptric-designer[notebooks]'"
-            ) from None
+        require_extra("report", "the interactive front")
+        require_extra("notebooks", "the interactive front")
+        from designer.report.figures.sweep_explorer import draw_explorer
+
         front = self.front()
         if front.empty:
             raise InputError(f"{self.folder}: this sweep has no feasible design, so there is no front")

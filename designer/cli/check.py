@@ -15,6 +15,7 @@ from designer.cli.imaging_options import (
     seed_option,
     texture_option,
 )
+from designer.extras import needs
 
 FAILED = 1
 
@@ -32,6 +33,7 @@ FAILED = 1
 @detector_options(read_noise_electrons=8.0)
 @seed_option
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@needs("imaging")
 def check(
     design: Path,
     scene: str,

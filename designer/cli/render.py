@@ -16,6 +16,7 @@ from designer.cli.imaging_options import (
     seed_option,
     texture_option,
 )
+from designer.extras import needs
 from designer.files import InputError
 
 MOST_SAMPLES = 16
@@ -37,6 +38,7 @@ MOST_SAMPLES = 16
 )
 @seed_option
 @click.option("--truth", type=click.Path(path_type=Path), help="Also write the ground truth of each pixel (.npz).")
+@needs("imaging")
 def render(
     design: Path,
     scene: str,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from designer.extras import needs
 from designer.files import InputError
 
 if TYPE_CHECKING:
@@ -46,6 +47,7 @@ FARTHEST_CENTRE_PX, LARGEST_NOISE_PX = 1e6, 1000.0
 )
 @click.option("--noise-px", type=float, help="Noise of an image point, used for the uncertainties.")
 @click.option("--slab-mm", type=(float, float), metavar="LOW HIGH", help="Range of heights z in the floor plan.")
+@needs("imaging")
 def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
     """Reconstruct a point cloud from RAW, an image taken by the camera of DESIGN.json."""
     from designer.design import read_design

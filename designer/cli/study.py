@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from designer.extras import needs, require_extra
 from designer.files import InputError
 
 if TYPE_CHECKING:
@@ -83,7 +84,10 @@ def study(
     if only:
         asked = restrict(asked, only, "--only")
     folder = out or Path("reports") / asked.name
+    if not no_pdf:
+        require_extra("report", "study.pdf", "or use --no-pdf")
     if checks:
+        require_extra("imaging", "checking designs end to end", "or use --checks 0")
         _refuse_too_large(asked)
 
     from designer.study.claim import claimed
@@ -125,6 +129,7 @@ def _run(asked: Requirement, folder: Path, with_pdf: bool, checks: int, jobs: in
 
 @click.command()
 @click.argument("folder", type=click.Path(path_type=Path), metavar="STUDY_FOLDER")
+@needs("report")
 def report(folder: Path) -> None:
     """Typeset study.pdf again from the folder of a study."""
     if not folder.is_dir():

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from designer.extras import require_extra
 from designer.files import InputError
 
 if TYPE_CHECKING:
@@ -41,6 +42,8 @@ def sweep(
     from designer.study.sweep.definition import read_sweep
 
     definition, base = read_sweep(sweep)
+    if not no_pdf:
+        require_extra("report", "sweep.pdf", "or use --no-pdf")
     folder = out or Path("reports") / definition.name
     if not quiet:
         from designer.requirement.notes import notes_on

@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from designer.design import Design, Sense
 from designer.evaluate.scale import relative_depth_shift_per_scale
-from designer.optics.backend import Scalar, is_symbolic, sqrt, stack, tan, total
+from designer.optics.backend import Scalar, is_symbolic, row_by_row, sqrt, stack, tan, total
 from designer.optics.view import (
     elevation_tangent,
     half_angle_tangent,
@@ -182,7 +182,7 @@ def _rms_over(
     weights = _rows([2.0 * w / (t + 1.0 / t) * v for t, w in along_elevation for _, v in along_distance], dimensions)
     slopes = _rows([elevation_tangent(t, "direct") for t, _ in along_elevation for _ in along_distance], dimensions)
     distances = _rows([distance for _ in along_elevation for distance, _ in along_distance], dimensions)
-    value = value_at(slopes, distances)
+    value = row_by_row(value_at, slopes, distances)
     return sqrt(total(weights * value * value) / total(weights))
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from designer.export.optiland import optiland_files
 from designer.export.povray import povray_scene
 from designer.export.sag import sag_tables
 from designer.export.zmx import zmx_files
+from designer.extras import require_extra
 from designer.files import InputError, write_atomically
 
 _FILE_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
@@ -37,8 +37,8 @@ class ExportFormat:
         for a design that the format cannot hold, with the reason.
     leaves_out
         What the format has no place for in any design, and is therefore not in the files.
-    package
-        The Python package that ``contents`` imports, of an optional dependency named like the format; None if it needs
+    extra
+        The optional part of the installation (:mod:`designer.extras`) that ``contents`` needs; None if it needs
         no more than the designer itself.
     """
 
@@ -47,7 +47,7 @@ class ExportFormat:
     one_file_for: Literal["mirror", "view", "design"]
     contents: Callable[[Design], Mapping[str, str]]
     leaves_out: str
-    package: str | None = None
+    extra: str | None = None
 
     @property
     def written_as(self) -> str:
@@ -92,7 +92,7 @@ EXPORTS: dict[str, ExportFormat] = {
         one_file_for="design",
         contents=dxf_drawing,
         leaves_out="the camera and the light",
-        package="ezdxf",
+        extra="dxf",
     ),
 }
 """Every format by its name on the command line."""
@@ -109,10 +109,8 @@ def export_format(name: str) -> ExportFormat:
     if name not in EXPORTS:
         raise InputError(f"format {name!r}: must be one of {', '.join(EXPORTS)}")
     found = EXPORTS[name]
-    if found.package is not None and importlib.util.find_spec(found.package) is None:
-        raise InputError(
-            f"format {name!r}: needs {found.package}; install it with: pip install 'catadioptric-designer[{name}]'"
-        )
+    if found.extra is not None:
+        require_extra(found.extra, f"format {name!r}")
     return found
 
 

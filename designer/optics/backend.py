@@ -6,7 +6,7 @@ design never loads the solver.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -91,6 +91,22 @@ def take(rows: Scalar, indices: Sequence[int]) -> Scalar:
 def total(rows: Scalar) -> Scalar:
     """The sum of the rows of what :func:`stack` returned."""
     return _casadi().sum1(rows) if is_symbolic(rows) else np.sum(rows, axis=0)
+
+
+def row_by_row(function: Callable[..., Scalar], *rows: Scalar) -> Scalar:
+    """What a function makes of columns of the same length, row by row.
+
+    Where it depends on CasADi's matrix symbols, its expression is built once for one row, and mapped over the rows.
+    """
+    if not all(type(column).__name__ == "MX" for column in rows):
+        return function(*rows)
+    casadi = _casadi()
+    single = [casadi.MX.sym("row") for _ in rows]
+    value = function(*single)
+    own = {symbol.__hash__() for symbol in single}
+    others = [symbol for symbol in casadi.symvar(value) if symbol.__hash__() not in own]
+    one = casadi.Function("one_row", [*others, *single], [value]).expand("one_row", {"cse": True})
+    return one.map("rows", "serial", rows[0].shape[0], list(range(len(others))), [])(*others, *(r.T for r in rows)).T
 
 
 def _casadi() -> Any:

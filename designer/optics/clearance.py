@@ -48,6 +48,10 @@ SOLID_DIRECTIONS = (
     "second chord, left",
     "second chord, right",
 )
+# The chords that a leg's own directions are normal to; a solid's chord is the last.
+LEG_CHORDS = ("inner ray", "outer ray", "leg's end", "leg's start")
+LEG_NORMALS = (*LEG_CHORDS, "solid's chord")
+SOLID_NORMALS = ("first chord", "second chord")
 _AXES = {"above": (0.0, 1.0), "below": (0.0, -1.0), "outwards": (1.0, 0.0), "inwards": (-1.0, 0.0)}
 
 # A chord shorter than this has no direction (a leg that starts at a focus); nothing is apart along it.
@@ -76,6 +80,11 @@ class FaceRows:
 
     def extent(self, direction: tuple[Scalar, Scalar]) -> Scalar:
         """Largest n . p over the points p of the face: at a rim, or where the face is normal to n."""
+        rims = maximum(self._along(direction, self.inner_radius), self._along(direction, self.outer_radius))
+        return maximum(rims, self.bulge(direction))
+
+    def bulge(self, direction: tuple[Scalar, Scalar]) -> Scalar:
+        """The extent at the point nearest to where the face is normal to n; at the outer rim if it bends backwards."""
         across, along = direction
         leaning = -self.side * across
         bending = along * self.surface.curvature
@@ -85,10 +94,7 @@ class FaceRows:
         radius = where(
             bulges, minimum(maximum(ratio / stretch, self.inner_radius), self.outer_radius), self.outer_radius
         )
-        return maximum(
-            maximum(self._along(direction, self.inner_radius), self._along(direction, self.outer_radius)),
-            self._along(direction, radius),
-        )
+        return self._along(direction, radius)
 
     def _along(self, direction: tuple[Scalar, Scalar], radius: Scalar) -> Scalar:
         return direction[0] * self.side * radius + direction[1] * self.surface.height(radius)
@@ -135,7 +141,8 @@ class LegRows:
 
     def extent(self, direction: tuple[Scalar, Scalar]) -> Scalar:
         """Largest n . p over the points p of the leg."""
-        largest = maximum(self.start_face.extent(direction), self.end_face.extent(direction))
+        # The rims of both faces are among the four points.
+        largest = maximum(self.start_face.bulge(direction), self.end_face.bulge(direction))
         for point in (*self.start_points, *self.end_points):
             largest = maximum(largest, _dot(direction, point))
         return largest
@@ -216,20 +223,31 @@ def solid_rows(solids: Sequence[Solid]) -> SolidRows:
     return SolidRows(_face_rows(faces), stack([solid.depth for solid in solids]))
 
 
-def leg_separation(legs: LegRows, solids: SolidRows, direction: int) -> Scalar:
-    """Separation of each row's leg and solid along one of ``LEG_DIRECTIONS``; negative when they overlap."""
-    normal = _leg_direction(legs, solids, direction)
-    # Of an end ray's two normals one has the other ray behind it, and the ray itself is then the leg's extent. Along
-    # the other this claims too much room; :func:`separations`, which judges, does not. The whole extent here would
-    # cost the solver a third of its time and changes no result.
-    farthest = _dot(normal, legs.start_points[direction // 2]) if direction < 4 else legs.extent(normal)
-    return -solids.extent((-normal[0], -normal[1])) - farthest
+def leg_separations(legs: LegRows, solids: SolidRows, pairs: Sequence[tuple[int, int]], weights: Scalar) -> Scalar:
+    """Separation of pairs of leg and solid, each along a direction of its own; negative when they overlap.
+
+    Parameters
+    ----------
+    legs, solids
+        All legs and solids of a layout, not yet paired.
+    pairs
+        Index of leg and solid of each pair.
+    weights
+        Columns for ``LEG_NORMALS``, one row for each pair, as :func:`normal_weights` gives them.
+    """
+    of_leg, of_solid = ([pair[side] for pair in pairs] for side in (0, 1))
+    # A chord belongs to a leg or to a solid: found before pairing, it is found once.
+    chords = _leg_chords(legs)
+    normals = [_left_of(chords[name], of_leg) for name in LEG_CHORDS]
+    normal = _weighed([*normals, _left_of(solids.face.chord, of_solid)], weights)
+    return -solids.take(of_solid).extent((-normal[0], -normal[1])) - legs.take(of_leg).extent(normal)
 
 
-def solid_separation(first: SolidRows, second: SolidRows, direction: int) -> Scalar:
-    """Separation of each row's solids along one of ``SOLID_DIRECTIONS``; negative when they overlap."""
-    normal = _solid_direction(first, second, direction)
-    return -second.extent((-normal[0], -normal[1])) - first.extent(normal)
+def solid_separations(solids: SolidRows, pairs: Sequence[tuple[int, int]], weights: Scalar) -> Scalar:
+    """The same for pairs of solids; ``weights`` has columns for ``SOLID_NORMALS``."""
+    of_first, of_second = ([pair[side] for pair in pairs] for side in (0, 1))
+    normal = _weighed([_left_of(solids.face.chord, rows) for rows in (of_first, of_second)], weights)
+    return -solids.take(of_second).extent((-normal[0], -normal[1])) - solids.take(of_first).extent(normal)
 
 
 def separations(layout: Layout, pairs: Pairs) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -260,19 +278,50 @@ def _stacked(normals: list[tuple[Scalar, Scalar]]) -> tuple[NDArray[np.float64],
     return np.stack(across), np.stack(along)
 
 
+def normal_weights(directions: Sequence[str], normals: Sequence[str]) -> NDArray[np.float64]:
+    """Each direction as 1 or -1 times one of the normals, the axes last: shape (directions, normals + 2)."""
+    weights = np.zeros((len(directions), len(normals) + 2))
+    for row, direction in enumerate(directions):
+        if direction in _AXES:
+            weights[row, -2:] = _AXES[direction]
+        else:
+            name, _, side = direction.rpartition(", ")
+            weights[row, normals.index(name)] = 1.0 if side == "left" else -1.0
+    return weights
+
+
 def _leg_direction(legs: LegRows, solids: SolidRows, direction: int) -> tuple[Scalar, Scalar]:
     name = LEG_DIRECTIONS[direction]
     if name in _AXES:
         return _AXES[name]
+    chords = _leg_chords(legs) | {"solid's chord": solids.face.chord}
+    return _normal(chords[name.rpartition(", ")[0]], left=name.endswith("left"))
+
+
+def _leg_chords(legs: LegRows) -> dict[str, tuple[Scalar, Scalar]]:
+    """The lines between a leg's four points that directions are normal to."""
     start, end = legs.start_points, legs.end_points
-    chord = {
-        "inner ray": lambda: _between(start[0], end[0]),
-        "outer ray": lambda: _between(start[1], end[1]),
-        "solid's chord": lambda: solids.face.chord,
-        "leg's end": lambda: _between(end[0], end[1]),
-        "leg's start": lambda: _between(start[0], start[1]),
-    }[name.rpartition(", ")[0]]()
-    return _normal(chord, left=name.endswith("left"))
+    return {
+        "inner ray": _between(start[0], end[0]),
+        "outer ray": _between(start[1], end[1]),
+        "leg's end": _between(end[0], end[1]),
+        "leg's start": _between(start[0], start[1]),
+    }
+
+
+def _left_of(chord: tuple[Scalar, Scalar], rows: Sequence[int]) -> tuple[Scalar, Scalar]:
+    """The normal to the left of a chord, for the given rows."""
+    across, along = _normal(chord, left=True)
+    return take(across, rows), take(along, rows)
+
+
+def _weighed(normals: list[tuple[Scalar, Scalar]], weights: Scalar) -> tuple[Scalar, Scalar]:
+    """The sum of normals and of both axes, times the columns of ``weights``."""
+    across, along = weights[:, len(normals)], weights[:, len(normals) + 1]
+    for column, normal in enumerate(normals):
+        across = across + weights[:, column] * normal[0]
+        along = along + weights[:, column] * normal[1]
+    return across, along
 
 
 def _solid_direction(first: SolidRows, second: SolidRows, direction: int) -> tuple[Scalar, Scalar]:

@@ -35,6 +35,7 @@ from designer.optimise.multistart import (
     make_feasible,
 )
 from designer.optimise.search import MOST_DESIGNS_IN_SECOND_STAGE, SearchResult
+from designer.optimise.separating_directions import NO_PAIRS
 from designer.optimise.solver import Target
 from designer.optimise.specification import specification_of
 from designer.optimise.variables import free_ranges
@@ -163,8 +164,8 @@ def _from_neighbours(again: _Branch, goal: str, value: float) -> tuple[list[Cand
 
 
 def _afresh(requirement: Requirement, branch: Branch, target: Target, fresh: Fresh) -> list[Candidate]:
-    # A task of its own offers no other directions than a study's.
-    alone = Branch(branch.lens, branch.variant, replace(branch.task, offered=None))
+    # A task of its own keeps no other pairs apart than a study's.
+    alone = Branch(branch.lens, branch.variant, replace(branch.task, near=NO_PAIRS))
     if fresh.few:
         search_with_few_starts(requirement, alone, target, fresh.few, fresh.seed)
     else:

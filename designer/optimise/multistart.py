@@ -1,8 +1,7 @@
 """Descents from several starts at once, every result evaluated in NumPy.
 
 The solver is not taken at its word: a design is feasible when every constraint and every clearance, evaluated anew, is
-kept. Starts go in rounds: after each, separating directions that hold a design and need not are chosen anew, and the
-program is built again once for all of them.
+kept. Starts go in rounds: after each, separating directions that hold a design and need not are chosen anew.
 """
 
 from __future__ import annotations
@@ -18,7 +17,8 @@ from designer.goals import GOALS
 from designer.optics.layout import Layout
 from designer.optimise.problem import Evaluation, Problem, evaluate
 from designer.optimise.separating_directions import (
-    OfferedDirections,
+    NO_PAIRS,
+    NearPairs,
     SeparatingDirections,
     choose_directions,
     rechoose_directions,
@@ -80,36 +80,28 @@ class Candidate:
 class Task:
     """A problem with what a descent needs beside it.
 
-    ``scales`` are typical sizes of the goals. ``offered`` grows with the separating directions that turn out to be
-    needed; ``statuses`` counts what the solver said.
+    ``scales`` are typical sizes of the goals; ``statuses`` counts what the solver said. ``near`` grows with the pairs
+    that turn out to be near, so that runs share a program.
     """
 
     problem: Problem
     lens: Lens
     scales: tuple[float, ...]
     statuses: Counter[str]
-    offered: OfferedDirections | None = None
-
-    def offer(self, choices: Iterable[SeparatingDirections]) -> OfferedDirections:
-        """The given choices and all those offered before."""
-        offered = self.offered
-        for choice in choices:
-            if offered is None:
-                offered = OfferedDirections.of([choice])
-            elif not offered.allow(choice):
-                offered = offered.with_choice(choice)
-        assert offered is not None
-        self.offered = offered
-        return offered
+    near: NearPairs = NO_PAIRS
 
     def note(self, result: SolverResult) -> SolverResult:
         """Count one result and pass it on."""
         self.statuses[result.status] += 1
         return result
 
-    def run_from(self, design: Candidate, directions: SeparatingDirections, offered: OfferedDirections) -> Run:
-        """A run of the solver that starts at a design."""
-        return Run(self.problem, offered, directions, design.scaled, self.scales)
+    def keep_apart(self, choices: Iterable[SeparatingDirections]) -> None:
+        """From now on keep apart all pairs that any of the choices has a direction for."""
+        self.near = self.near.joined(NearPairs.of(choices))
+
+    def run_from(self, start: Array, directions: SeparatingDirections) -> Run:
+        """A run of the solver that starts at a point of the unit box."""
+        return Run(self.problem, self.near, directions, start, self.scales)
 
 
 def examine(task: Task, scaled: Array, directions: SeparatingDirections) -> Candidate:
@@ -151,9 +143,9 @@ def make_feasible(task: Task, starts: Sequence[Candidate]) -> list[Candidate]:
     if not active:
         return best
     for _ in range(ROUNDS):
-        offered = task.offer(choices[index] for index in active)
+        task.keep_apart(choices[index] for index in active)
         results = [
-            task.note(reduce_violation(task.run_from(best[index], choices[index], offered), best[index].violation))
+            task.note(reduce_violation(task.run_from(best[index].scaled, choices[index]), best[index].violation))
             for index in active
         ]
         again = []
@@ -178,8 +170,8 @@ def improve(task: Task, starts: Sequence[Candidate], target: Target) -> list[Can
     choices = [start.directions for start in starts]
     active = list(range(len(starts)))
     for _ in range(ROUNDS):
-        offered = task.offer(choices[index] for index in active)
-        results = [task.note(minimise(task.run_from(best[index], choices[index], offered), target)) for index in active]
+        task.keep_apart(choices[index] for index in active)
+        results = [task.note(minimise(task.run_from(best[index].scaled, choices[index]), target)) for index in active]
         again = []
         for index, reached in zip(active, _examine_results(task, results, [choices[i] for i in active]), strict=True):
             choice = choices[index]
@@ -207,7 +199,7 @@ def start_at(task: Task, scaled: Array) -> list[Candidate]:
         values, system = problem.enclosed(problem.physical(scaled))
         evaluation = evaluate(problem, system)
     choices = choose_directions(evaluation, specification.clearance, specification.envelope_height)
-    task.offer(choices)
+    task.keep_apart(choices)
     return examine_all(task, problem.scaled(values), choices)
 
 
@@ -236,14 +228,12 @@ def restart_around(task: Task, design: Candidate, target: Target, random: np.ran
 
 
 def follow(task: Task, start: Array, directions: SeparatingDirections, target: Target) -> Candidate | None:
-    """Minimise a goal from near its minimum, feasible or not; None if nothing feasible comes of it.
-
-    The program offers the one choice of directions only, which a neighbour has probably asked for already.
-    """
+    """Minimise a goal from near its minimum, feasible or not; None if nothing feasible comes of it."""
     best: Candidate | None = None
     for _ in range(ROUNDS):
-        run = Run(task.problem, OfferedDirections.of([directions]), directions, start, task.scales)
-        reached = examine(task, task.note(minimise(run, target)).scaled, directions)
+        task.keep_apart([directions])
+        result = task.note(minimise(task.run_from(start, directions), target))
+        reached = examine(task, result.scaled, directions)
         if reached.is_feasible and reached.keeps(target):
             aim = target.minimise
             gains = best is None or reached.goals[aim] < best.goals[aim] * (1.0 - SAME_OBJECTIVE)

@@ -3,18 +3,18 @@
 Variables live in 0..1. Every inequality reads value / scale + slack >= 0 with one slack for all: held at zero the
 program is the design problem, and minimised it finds the point of least largest scaled violation. Which direction
 keeps a pair of leg and solid apart is chosen before a run (``SeparatingDirections``), so every expression stays
-smooth; a program holds all the ``OfferedDirections``, so that runs with different choices share it.
+smooth; the choice is a parameter, so that all runs of a variant share one program.
 
 The solver's vector holds the free variables and the slack; the constraint vector holds the residuals of constraints,
-the clearances, the twins of equalities (their other side) and the goals.
+the clearances, the twins of equalities (their other side) and the goals. Where only what fits is sought there are no
+goals: a predicted noise alone is hundreds of operations at each of the volume's nodes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, Literal
 
 import casadi
 import numpy as np
@@ -22,19 +22,19 @@ from numpy.typing import NDArray
 
 from designer.goals import GOALS
 from designer.optics.clearance import (
-    LegRows,
-    Pairs,
-    SolidRows,
+    LEG_NORMALS,
+    SOLID_NORMALS,
     leg_rows,
-    leg_separation,
+    leg_separations,
     pair_up,
     solid_rows,
-    solid_separation,
+    solid_separations,
 )
-from designer.optimise.constraints import Constraint, constraints_of
+from designer.optimise.constraints import constraints_of
 from designer.optimise.problem import Problem
-from designer.optimise.separating_directions import Groups, OfferedDirections
+from designer.optimise.separating_directions import NearPairs
 from designer.optimise.specification import SPECIFICATION_NAMES, Specification, specification_values
+from designer.optimise.symbols import symbolic_numbers, with_numbers
 from designer.optimise.system import System, put_together
 from designer.optimise.variables import VARIABLE_NAMES, VARIABLES, unscaled, with_principal_distance
 from designer.optimise.variants import Variant
@@ -56,9 +56,15 @@ SOLVERS: dict[str, dict[str, Any]] = {
         "print_status": False,
         "print_time": False,
         "show_eval_warnings": False,
+        "expand": True,
+        # Nobody asks it for derivatives by parameters.
+        "no_nlp_grad": True,
+        "calc_lam_p": False,
+        "calc_lam_x": False,
     },
     "ipopt": {
         "print_time": False,
+        "expand": True,
         "error_on_fail": False,
         "show_eval_warnings": False,
         "ipopt": {
@@ -86,13 +92,17 @@ it goes astray is given up, since others start elsewhere. Multipliers alone come
 """
 
 
+Noise = Literal["constant", "predicted"]
+
+
 @dataclass(frozen=True)
 class Program:
-    """A nonlinear program in CasADi's terms, and the layout of its constraint vector."""
+    """A nonlinear program in CasADi's terms, and the layout of its constraint vector: ``goals`` are its last rows."""
 
     expressions: dict[str, Any]
     equalities: NDArray[np.bool_]
     rows: int
+    goals: int
 
     @cached_property
     def solver(self) -> Any:
@@ -105,41 +115,30 @@ class Program:
         return casadi.nlpsol("program", "ipopt", self.expressions, SOLVERS["ipopt"])
 
 
-@dataclass(frozen=True, slots=True)
-class _Symbols:
-    """A variant put together from symbols, whatever directions are offered.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Geometry:
+    """A variant put together from symbols.
 
-    What a pair has to spare along a direction is built when it is first offered, and kept by direction and row.
+    ``function`` takes the scaled variables, the requirement's numbers, the ends of the bounds and the chosen
+    directions; it returns the constraints' residuals, the clearances, and the numbers of the ``system`` that are not
+    constants. ``equal`` tells which residuals are equalities.
     """
 
-    scaled: Any
-    specification: Specification
-    parameters: Any
-    weights: Any
-    scales: Any
     system: System
-    constraints: tuple[Constraint, ...]
-    pairs: Pairs
-    legs: LegRows
-    solids: SolidRows
-    known_light: dict[tuple[int, int], Any]
-    known_bodies: dict[tuple[int, int], Any]
+    function: Any
+    equal: NDArray[np.bool_]
 
 
 @lru_cache(maxsize=128)
-def _build_symbols(
-    variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], predicts_noise: bool
-) -> _Symbols:
+def _build_geometry(
+    variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], near: NearPairs
+) -> _Geometry:
     scaled = casadi.SX.sym("scaled", len(free))
     # A variable without a choice is its lower end, a parameter: no derivatives by it are ever needed.
     position = {name: scaled[i] for i, name in enumerate(free)}
     numbers = casadi.SX.sym("specification", len(SPECIFICATION_NAMES))
     low, high = casadi.SX.sym("low", len(VARIABLES)), casadi.SX.sym("high", len(VARIABLES))
-    weights, scales = casadi.SX.sym("weights", len(GOALS) + 1), casadi.SX.sym("scales", len(GOALS))
     specification = Specification(*(numbers[i] for i in range(len(SPECIFICATION_NAMES))))
-    if not predicts_noise:
-        # A prediction is hundreds of operations at each of the volume's nodes: none where a number stands for it.
-        specification = replace(specification, predicted_share=0.0)
     values = with_principal_distance(
         {
             variable.name: unscaled(variable, variant, position.get(variable.name, 0.0), low[i], high[i])
@@ -147,58 +146,66 @@ def _build_symbols(
         }
     )
     system = put_together(variant, values, specification)
-    return _Symbols(
-        scaled,
-        specification,
-        casadi.vertcat(numbers, low, high, weights, scales),
-        weights,
-        scales,
-        system,
-        constraints_of(system, dict(fixed)),
-        pair_up(system.layout),
-        leg_rows(system.layout.legs),
-        solid_rows(system.layout.solids),
-        {},
-        {},
-    )
+    constraints = constraints_of(system, dict(fixed))
+    residuals = casadi.vertcat(*(constraint.value / constraint.scale for constraint in constraints))
+    clear, directions = _clearance_rows(system, near)
+    given = [scaled, numbers, low, high, directions]
+    # Rows share most of their geometry; found once, it is computed once, and so are its derivatives.
+    results = [residuals, clear, casadi.vertcat(*symbolic_numbers(system))]
+    equal = np.array([constraint.equality for constraint in constraints])
+    return _Geometry(system, casadi.Function("geometry", given, results, {"cse": True}), equal)
+
+
+@lru_cache(maxsize=128)
+def _build_goals(geometry: _Geometry, noise: Noise) -> Any:
+    """Every goal as a column, a function of the numbers that a geometry's function returns last."""
+    count = len(symbolic_numbers(geometry.system))
+    symbols = [casadi.MX.sym(f"number_{i}") for i in range(count)]
+    system = with_numbers(geometry.system, symbols)
+    if noise == "constant":
+        # A number that is no symbol spares every operation of the prediction.
+        system = replace(system, specification=replace(system.specification, predicted_share=0.0))
+    goals = casadi.vertcat(*(goal.expression(system) for goal in GOALS.values()))
+    places = {symbol.name(): i for i, symbol in enumerate(symbols)}
+    used = casadi.symvar(goals)
+    function = casadi.Function("goals", used, [goals])
+    numbers = casadi.MX.sym("numbers", count)
+    return casadi.Function("goals_of_system", [numbers], [function(*(numbers[places[each.name()]] for each in used))])
 
 
 @lru_cache(maxsize=512)
 def build_program(
-    variant: Variant,
-    fixed: tuple[tuple[str, float], ...],
-    free: tuple[str, ...],
-    predicts_noise: bool,
-    offered: OfferedDirections,
+    variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], near: NearPairs, noise: Noise | None
 ) -> Program:
-    """Build the program of a variant, with the given variables free, for the directions offered."""
-    symbols = _build_symbols(variant, fixed, free, predicts_noise)
-    constraints = symbols.constraints
-    slack = casadi.SX.sym("slack")
-    equal = np.array([constraint.equality for constraint in constraints])
-    residuals = casadi.vertcat(*(constraint.value / constraint.scale for constraint in constraints))
-    chosen = casadi.SX.sym("chosen", sum(map(len, (*offered.legs, *offered.solids))))
-    clear = _clearance_rows(symbols, offered, chosen)
-    goals = casadi.vertcat(*(goal.expression(symbols.system) for goal in GOALS.values())) / symbols.scales
-    twins = residuals[np.flatnonzero(equal).tolist()] - slack if equal.any() else casadi.SX(0, 1)
+    """Build the program of a variant, with the given variables free, that keeps near pairs apart.
+
+    Its parameters are the requirement's numbers, the ends of the bounds, what is minimised, the goals' typical sizes,
+    and the chosen directions. ``noise`` is what goals need to know; None for a program without goals.
+    """
+    geometry = _build_geometry(variant, fixed, free, near)
+    given = [geometry.function.size1_in(i) for i in range(1, 5)]
+    sizes = [*given[:3], len(GOALS) + 1, len(GOALS), given[3]]
+    variables, parameters = casadi.MX.sym("variables", len(free) + 1), casadi.MX.sym("parameters", sum(sizes))
+    numbers, low, high, weights, scales, directions = casadi.vertsplit(parameters, [0, *np.cumsum(sizes).tolist()])
+    residuals, clear, measures = geometry.function(variables[:-1], numbers, low, high, directions)
+    slack = variables[-1]
+    equal = np.flatnonzero(geometry.equal).tolist()
+    twins = residuals[equal] - slack if equal else casadi.MX(0, 1)
+    objective, goals = weights[-1] * slack, casadi.MX(0, 1)
+    if noise is not None:
+        goals = _build_goals(geometry, noise)(measures) / scales
+        objective += casadi.dot(weights[:-1], goals)
     rows = casadi.vertcat(residuals + slack, clear + slack, twins, goals)
-    objective = casadi.dot(symbols.weights, casadi.vertcat(goals, slack))
-    # Rows share most of their geometry; found once, it is computed once, and so are its derivatives.
-    shared = casadi.cse(casadi.vertcat(objective, rows))
-    expressions = {
-        "x": casadi.vertcat(symbols.scaled, slack),
-        "p": casadi.vertcat(symbols.parameters, chosen),
-        "f": shared[0],
-        "g": shared[1:],
-    }
-    equalities = np.concatenate([equal, np.zeros(clear.shape[0], dtype=bool)])
-    return Program(expressions, equalities, rows.shape[0])
+    expressions = {"x": variables, "p": parameters, "f": objective, "g": rows}
+    equalities = np.concatenate([geometry.equal, np.zeros(clear.shape[0], dtype=bool)])
+    return Program(expressions, equalities, rows.shape[0], goals.shape[0])
 
 
 def forget_programs() -> None:
     """Give back the memory of all programs built so far: about two megabytes each."""
     build_program.cache_clear()
-    _build_symbols.cache_clear()
+    _build_goals.cache_clear()
+    _build_geometry.cache_clear()
 
 
 def problem_parameters(problem: Problem) -> NDArray[np.float64]:
@@ -207,44 +214,21 @@ def problem_parameters(problem: Problem) -> NDArray[np.float64]:
     return np.concatenate([specification_values(problem.specification), ends[:, 0], ends[:, 1]])
 
 
-def _clearance_rows(symbols: _Symbols, offered: OfferedDirections, chosen: Any) -> Any:
-    """What every pair has to spare along its chosen direction, as a column; one if none is chosen."""
-    pairs, legs, solids = symbols.pairs, symbols.legs, symbols.solids
-    clearance = symbols.specification.clearance
-    of_legs, of_solids = offered.groups
-    count = sum(len(rows) for _, rows in of_legs)
+def _clearance_rows(system: System, near: NearPairs) -> tuple[Any, Any]:
+    """What every near pair has to spare along its direction, as a column, and the symbols that choose the directions.
 
-    def light_along(rows: Sequence[int], direction: int) -> Any:
-        chosen_legs, chosen_solids = zip(*(pairs.leg_solid[row] for row in rows), strict=True)
-        return leg_separation(legs.take(chosen_legs), solids.take(chosen_solids), direction) - clearance
-
-    def bodies_along(rows: Sequence[int], direction: int) -> Any:
-        first, second = zip(*(pairs.solid_solid[row] for row in rows), strict=True)
-        return solid_separation(solids.take(first), solids.take(second), direction) - clearance
-
-    light = _chosen_rows(len(pairs.leg_solid), of_legs, light_along, symbols.known_light, chosen[:count])
-    bodies = _chosen_rows(len(pairs.solid_solid), of_solids, bodies_along, symbols.known_bodies, chosen[count:])
-    near = [bool(directions) for directions in (*offered.legs, *offered.solids)]
-    return casadi.vertcat(light, bodies)[np.flatnonzero(near).tolist()]
-
-
-def _chosen_rows(
-    count: int,
-    groups: Groups,
-    spare_along: Callable[[Sequence[int], int], Any],
-    known: dict[tuple[int, int], Any],
-    chosen: Any,
-) -> Any:
-    """One row for each pair; those along a direction that are not known yet are built at once, as a vector."""
-    spare, begin = casadi.SX.ones(count, 1), 0
-    for direction, rows in groups:
-        weights = chosen[begin : begin + len(rows)]
-        begin += len(rows)
-        unknown = [row for row in rows if (direction, row) not in known]
-        if unknown:
-            built = spare_along(unknown, direction)
-            known.update({(direction, row): built[place] for place, row in enumerate(unknown)})
-        along = casadi.vertcat(*(known[direction, row] for row in rows))
-        # A plain product would turn a direction that is undefined here and not chosen into a NaN.
-        spare[list(rows)] += casadi.if_else(weights, along, 0.0) - weights
-    return spare
+    A pair without a direction has one to spare.
+    """
+    pairs = pair_up(system.layout)
+    legs, solids = leg_rows(system.layout.legs), solid_rows(system.layout.solids)
+    # Row by row, as NearPairs.weights has them.
+    of_legs = casadi.SX.sym("leg_normals", len(LEG_NORMALS) + 2, len(near.legs)).T
+    of_solids = casadi.SX.sym("solid_normals", len(SOLID_NORMALS) + 2, len(near.solids)).T
+    rows = []
+    for weights, separations in (
+        (of_legs, leg_separations(legs, solids, [pairs.leg_solid[row] for row in near.legs], of_legs)),
+        (of_solids, solid_separations(solids, [pairs.solid_solid[row] for row in near.solids], of_solids)),
+    ):
+        is_chosen = casadi.sum2(weights * weights)
+        rows.append(casadi.if_else(is_chosen, separations - system.specification.clearance, 1.0))
+    return casadi.vertcat(*rows), casadi.vertcat(casadi.vec(of_legs.T), casadi.vec(of_solids.T))

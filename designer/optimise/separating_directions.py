@@ -1,19 +1,18 @@
 """Which direction keeps each pair of leg and solid, or of two solids, apart.
 
 A run of the solver has one direction for each pair, so that its expressions stay smooth. Directions are chosen at the
-starts, and chosen anew at a result; a program offers several for each pair, so that runs with different choices
-share it.
+starts, and chosen anew at a result; the choice is a parameter of the program.
 """
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from designer.optics.clearance import LEG_DIRECTIONS, LEG_NORMALS, SOLID_DIRECTIONS, SOLID_NORMALS, normal_weights
 from designer.optimise.problem import Array, Evaluation
 
 FAR = -1
@@ -38,47 +37,35 @@ class SeparatingDirections:
     solids: tuple[int, ...]
 
 
-Groups = tuple[tuple[int, tuple[int, ...]], ...]
-"""Directions, each with the rows of the pairs that may choose it."""
-
-
 @dataclass(frozen=True, slots=True)
-class OfferedDirections:
-    """The directions a program can choose from for each pair, ascending; none for a pair that is left out."""
+class NearPairs:
+    """The pairs that a program keeps apart, by row of ``Pairs``; the others are far from touching."""
 
-    legs: tuple[tuple[int, ...], ...]
-    solids: tuple[tuple[int, ...], ...]
+    legs: tuple[int, ...]
+    solids: tuple[int, ...]
 
     @classmethod
-    def of(cls, choices: Sequence[SeparatingDirections]) -> OfferedDirections:
-        """The fewest directions that allow all the given choices."""
-        return cls(
-            _union([choice.legs for choice in choices]),
-            _union([choice.solids for choice in choices]),
-        )
+    def of(cls, choices: Iterable[SeparatingDirections]) -> NearPairs:
+        """The pairs that any of the choices has a direction for."""
+        choices = list(choices)
+        return cls(_near([choice.legs for choice in choices]), _near([choice.solids for choice in choices]))
 
-    def allow(self, choice: SeparatingDirections) -> bool:
-        """Whether a choice can be made from these."""
-        chosen = zip((*choice.legs, *choice.solids), (*self.legs, *self.solids), strict=True)
-        return all(direction == FAR or direction in directions for direction, directions in chosen)
+    def joined(self, other: NearPairs) -> NearPairs:
+        """The pairs of either."""
+        return NearPairs(_united(self.legs, other.legs), _united(self.solids, other.solids))
 
-    def with_choice(self, choice: SeparatingDirections) -> OfferedDirections:
-        """These and those of one more choice."""
-        return OfferedDirections(_extended(self.legs, choice.legs), _extended(self.solids, choice.solids))
+    def weights(self, choice: SeparatingDirections) -> Array:
+        """The chosen directions as a program takes them: all legs' normals, pair by pair, then those of solids."""
+        legs = [_LEG_WEIGHTS[choice.legs[row]] for row in self.legs]
+        solids = [_SOLID_WEIGHTS[choice.solids[row]] for row in self.solids]
+        return np.concatenate([np.ravel(legs), np.ravel(solids)])
 
-    @property
-    def groups(self) -> tuple[Groups, Groups]:
-        """For legs and for solids: each direction with the rows of the pairs that may choose it, in a fixed order."""
-        return _grouped(self.legs), _grouped(self.solids)
 
-    def weights(self, choice: SeparatingDirections) -> list[float]:
-        """One for each direction chosen, zero for the others, in the order of ``groups``."""
-        return [
-            float(chosen[row] == direction)
-            for chosen, groups in zip((choice.legs, choice.solids), self.groups, strict=True)
-            for direction, rows in groups
-            for row in rows
-        ]
+NO_PAIRS = NearPairs((), ())
+
+# The last row, of nothing but zeros, stands for ``FAR``.
+_LEG_WEIGHTS = np.pad(normal_weights(LEG_DIRECTIONS, LEG_NORMALS), ((0, 1), (0, 0)))
+_SOLID_WEIGHTS = np.pad(normal_weights(SOLID_DIRECTIONS, SOLID_NORMALS), ((0, 1), (0, 0)))
 
 
 def choose_directions(evaluation: Evaluation, clearance: float, envelope: float) -> list[SeparatingDirections]:
@@ -109,22 +96,12 @@ def rechoose_directions(
     )
 
 
-def _grouped(offered: tuple[tuple[int, ...], ...]) -> Groups:
-    members = defaultdict(list)
-    for row, directions in enumerate(offered):
-        for direction in directions:
-            members[direction].append(row)
-    return tuple((direction, tuple(rows)) for direction, rows in sorted(members.items()))
+def _near(choices: Sequence[tuple[int, ...]]) -> tuple[int, ...]:
+    return tuple(row for row, directions in enumerate(zip(*choices, strict=True)) if set(directions) != {FAR})
 
 
-def _union(choices: Sequence[tuple[int, ...]]) -> tuple[tuple[int, ...], ...]:
-    return tuple(tuple(sorted(set(directions) - {FAR})) for directions in zip(*choices, strict=True))
-
-
-def _extended(offered: tuple[tuple[int, ...], ...], choice: tuple[int, ...]) -> tuple[tuple[int, ...], ...]:
-    return tuple(
-        tuple(sorted({*directions, chosen} - {FAR})) for directions, chosen in zip(offered, choice, strict=True)
-    )
+def _united(first: tuple[int, ...], second: tuple[int, ...]) -> tuple[int, ...]:
+    return tuple(sorted({*first, *second}))
 
 
 def _choose(spare: Array, far: float) -> NDArray[np.intp]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from designer.goals import GOALS
 from designer.optimise.problem import Array, Problem
-from designer.optimise.program import Program, build_program, problem_parameters
-from designer.optimise.separating_directions import OfferedDirections, SeparatingDirections
+from designer.optimise.program import Noise, Program, build_program, problem_parameters
+from designer.optimise.separating_directions import NearPairs, SeparatingDirections
 from designer.optimise.variables import VARIABLE_NAMES
 
 SOLVED = "solved"
@@ -34,12 +34,12 @@ class Target:
 class Run:
     """What a run of the solver starts from.
 
-    ``start`` is a point of the unit box, ``scales`` hold a typical size of each goal, ``directions`` are chosen among
-    those ``offered`` by the program.
+    ``start`` is a point of the unit box, ``scales`` hold a typical size of each goal, ``near`` has at least the pairs
+    that ``directions`` keep apart.
     """
 
     problem: Problem
-    offered: OfferedDirections
+    near: NearPairs
     directions: SeparatingDirections
     start: Array
     scales: Sequence[float]
@@ -49,12 +49,11 @@ class Run:
         """Which variables have a choice."""
         return [not self.problem.bounds[name].is_fixed for name in VARIABLE_NAMES]
 
-    @property
-    def program(self) -> Program:
+    def program(self, *, with_goals: bool) -> Program:
         """The program to solve; built once for all runs that share it."""
         names = tuple(name for name, is_free in zip(VARIABLE_NAMES, self.free, strict=True) if is_free)
-        predicts = bool(self.problem.specification.predicted_share)
-        return build_program(self.problem.variant, self.problem.fixed, names, predicts, self.offered)
+        noise: Noise = "predicted" if self.problem.specification.predicted_share else "constant"
+        return build_program(self.problem.variant, self.problem.fixed, names, self.near, noise if with_goals else None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,14 +86,7 @@ def minimise_for_multipliers(run: Run, target: Target) -> SolverResult:
 
 
 def reduce_violation(run: Run, violation: float) -> SolverResult:
-    """Find the point of least largest scaled violation near a start that violates by ``violation``.
-
-    What fits does not depend on the noise: a constant one spares the prediction, which is most of a program.
-    """
-    specification = run.problem.specification
-    if specification.predicted_share:
-        constant = replace(specification, noise=specification.pixel_pitch, predicted_share=0.0)
-        run = replace(run, problem=replace(run.problem, specification=constant))
+    """Find the point of least largest scaled violation near a start that violates by ``violation``."""
     return _solve(run, Target("violation"), violation, call_solver)
 
 
@@ -109,7 +101,7 @@ def _call_interior_point(program: Program, arguments: dict[str, Array]) -> tuple
 
 def _solve(run: Run, target: Target, violation: float | None, solver: Solver) -> SolverResult:
     """One run; with a ``violation`` to start from the slack is free and minimised."""
-    program = run.program
+    program = run.program(with_goals=violation is None)
     result, statistics = solver(program, arguments_of(run, program, target, violation))
     return _read(run, result, statistics)
 
@@ -132,19 +124,20 @@ def arguments_of(run: Run, program: Program, target: Target, violation: float | 
 def _parameters(run: Run, target: Target, is_elastic: bool) -> Array:
     """The requirement's numbers, what is minimised, the goals' typical sizes, and the chosen directions."""
     weights = [float(name == target.minimise) for name in GOALS] + [float(is_elastic)]
-    return np.concatenate([problem_parameters(run.problem), weights, run.scales, run.offered.weights(run.directions)])
+    normals = run.near.weights(run.directions)
+    return np.concatenate([problem_parameters(run.problem), weights, run.scales, normals])
 
 
 def _row_bounds(run: Run, program: Program, target: Target, is_elastic: bool) -> tuple[Array, Array]:
     """Least and greatest value of each row: constraints and clearances, twins of equalities, goals."""
     lower, upper = np.zeros(program.rows), np.full(program.rows, np.inf)
-    constraints, goals = len(program.equalities), program.rows - len(GOALS)
+    constraints, goals = len(program.equalities), program.rows - program.goals
     # A twin is the other side of an equality that the slack relaxes; without slack the equality alone holds.
     lower[constraints:] = -np.inf
     upper[constraints:goals] = 0.0 if is_elastic else np.inf
     if not is_elastic:
         upper[:constraints][program.equalities] = 0.0
-    for place, (name, scale) in enumerate(zip(GOALS, run.scales, strict=True)):
+    for place, (name, scale) in enumerate(zip(GOALS, run.scales, strict=True) if program.goals else ()):
         upper[goals + place] = min((bound / scale for goal, bound in target.at_most if goal == name), default=np.inf)
     return lower, upper
 

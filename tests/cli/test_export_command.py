@@ -10,6 +10,7 @@ from click.testing import CliRunner
 from designer import api
 from designer.cli import cli
 from designer.export.formats import EXPORTS
+from designer.extras import is_installed
 from support import DATA, ROOT
 
 PROTOTYPE = DATA / "folded_hypl_hy.json"
@@ -42,8 +43,9 @@ def changed(folder: Path, *places: tuple[tuple[str | int, ...], Any]) -> Path:
 
 @pytest.mark.parametrize("name", EXPORTS)
 def test_every_format_is_written_alike_by_command_and_api(name: str, tmp_path: Path) -> None:
-    if EXPORTS[name].package is not None:
-        pytest.importorskip(EXPORTS[name].package, reason=f"{EXPORTS[name].package} is not installed")
+    extra = EXPORTS[name].extra
+    if extra is not None and not is_installed(extra):
+        pytest.skip(f"the extra {extra} is not installed")
     alone = EXPORTS[name].one_file_for == "design"
     ours, theirs = (tmp_path / f"{who}{EXPORTS[name].suffix if alone else ''}" for who in ("command", "api"))
     result = CliRunner().invoke(cli, ["export", str(PROTOTYPE), "--to", name, "-o", str(ours)])

@@ -6,7 +6,6 @@ import copy
 import json
 import warnings
 from collections.abc import Iterator
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from hypothesis import strategies as st
 
 from designer.cli import cli
 from designer.export.formats import EXPORTS
+from designer.extras import is_installed
 from support import DATA
 
 Key = str | int
@@ -133,7 +133,7 @@ def test_one_absurd_number(command: str, place: tuple[Key, ...], value: object, 
 
 
 @pytest.mark.parametrize(
-    "name", [name for name, entry in EXPORTS.items() if entry.package is None or find_spec(entry.package)]
+    "name", [name for name, entry in EXPORTS.items() if entry.extra is None or is_installed(entry.extra)]
 )
 @given(record=spoiled())
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

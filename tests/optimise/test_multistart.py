@@ -20,8 +20,8 @@ def test_the_best_different_designs_go_into_the_next_round(monkeypatch):
 
     def minimise(run, target):
         start, choice = run
-        rounds.setdefault(choice, []).append(float(start.scaled[0]))
-        return SimpleNamespace(scaled=start.scaled, status="solved")
+        rounds.setdefault(choice, []).append(float(start[0]))
+        return SimpleNamespace(scaled=start, status="solved")
 
     monkeypatch.setattr(multistart, "minimise", minimise)
     monkeypatch.setattr(
@@ -29,9 +29,9 @@ def test_the_best_different_designs_go_into_the_next_round(monkeypatch):
     )
     monkeypatch.setattr(multistart, "_rechosen", lambda task, choice, candidate: choice + 1)
     task = SimpleNamespace(
-        offer=lambda choices: list(choices),
+        keep_apart=lambda choices: None,
         note=lambda result: result,
-        run_from=lambda start, choice, offered: (start, choice),
+        run_from=lambda start, choice: (start, choice),
     )
     starts = [design(value) for value in (9.0, 8.0, 7.0, 6.0, 5.0, 1.0, 2.0, 1.0)]
     best = multistart.improve(task, starts, Target("height"))

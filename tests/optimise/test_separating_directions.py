@@ -8,12 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as in_numpy
 
+from designer.optics.clearance import LEG_DIRECTIONS, LEG_NORMALS, SOLID_DIRECTIONS, SOLID_NORMALS, normal_weights
 from designer.optimise.problem import Evaluation
 from designer.optimise.separating_directions import (
     COMFORTABLE_MM,
     FAR,
     FAR_SHARE_OF_ENVELOPE,
-    OfferedDirections,
+    NearPairs,
     SeparatingDirections,
     choose_directions,
     rechoose_directions,
@@ -102,31 +103,27 @@ def test_a_failing_pair_changes_only_to_a_better_direction():
 
 
 @given(choices, choices)
-def test_an_offer_allows_what_it_was_made_of_and_nothing_more(first, second):
-    offer = OfferedDirections.of(first)
-    assert all(offer.allow(choice) for choice in first)
-    for choice in second:
-        is_known = all(
-            chosen == FAR or chosen in {one[row] for one in rows}
-            for of_choice, rows in (
-                (choice.legs, [one.legs for one in first]),
-                (choice.solids, [one.solids for one in first]),
-            )
-            for row, chosen in enumerate(of_choice)
-        )
-        assert offer.allow(choice) == is_known
-        assert offer.with_choice(choice) == OfferedDirections.of([*first, choice])
-        # A choice weighs one direction of each pair that it does not leave out.
-        wider = offer.with_choice(choice)
-        weights = wider.weights(choice)
-        assert sum(weights) == sum(chosen != FAR for chosen in (*choice.legs, *choice.solids))
-        rows = [
-            (kind, direction, row)
-            for kind, groups in zip(("legs", "solids"), wider.groups, strict=True)
-            for direction, members in groups
-            for row in members
-        ]
-        assert len(rows) == len(weights) == sum(len(offered) for offered in (*wider.legs, *wider.solids))
-        for (kind, direction, row), weight in zip(rows, weights, strict=True):
-            assert weight == (1.0 if getattr(choice, kind)[row] == direction else 0.0)
-            assert direction in getattr(wider, kind)[row]
+def test_near_pairs_are_those_that_any_choice_has_a_direction_for(first, second):
+    near = NearPairs.of(first)
+    assert set(near.legs) == {row for choice in first for row, chosen in enumerate(choice.legs) if chosen != FAR}
+    assert set(near.solids) == {row for choice in first for row, chosen in enumerate(choice.solids) if chosen != FAR}
+    assert near.joined(NearPairs.of(second)) == NearPairs.of([*first, *second])
+
+
+@given(choices)
+def test_weights_are_those_of_each_near_pairs_own_direction(several):
+    near = NearPairs.of(several)
+    for choice in several:
+        weights = near.weights(choice)
+        of_legs = weights[: len(near.legs) * (len(LEG_NORMALS) + 2)].reshape(len(near.legs), len(LEG_NORMALS) + 2)
+        of_solids = weights[of_legs.size :].reshape(len(near.solids), len(SOLID_NORMALS) + 2)
+        for rows, chosen, found, names, normals in (
+            (near.legs, choice.legs, of_legs, LEG_DIRECTIONS, LEG_NORMALS),
+            (near.solids, choice.solids, of_solids, SOLID_DIRECTIONS, SOLID_NORMALS),
+        ):
+            for row, weight in zip(rows, found, strict=True):
+                if chosen[row] == FAR:
+                    assert not weight.any()
+                else:
+                    assert weight.tolist() == normal_weights([names[chosen[row]]], normals)[0].tolist()
+                    assert np.abs(weight).sum() == 1.0

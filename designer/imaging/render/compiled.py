@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from functools import cache
 from importlib import import_module
-from importlib.util import find_spec
 from types import ModuleType
+
+from designer.extras import is_installed
 
 
 @cache
 def compiled_loops(name: str) -> ModuleType | None:
     """A module of this room that needs Numba; None without Numba."""
-    return import_module(f"designer.imaging.render.{name}") if find_spec("numba") else None
+    return import_module(f"designer.imaging.render.{name}") if is_installed("compiled") else None

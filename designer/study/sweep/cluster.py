@@ -8,6 +8,7 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from typing import Any
 
+from designer.extras import require_extra
 from designer.files import InputError
 
 # A task whose worker dies runs again, so many times.
@@ -57,13 +58,10 @@ def cluster_workers(scheduler: str | None = None, workers: int | None = None) ->
     InputError
         Dask is not installed, or nothing answers at the address.
     """
-    try:
-        import dask
-        from distributed import Client, LocalCluster
-    except ImportError:
-        raise InputError(
-            "a cluster needs Dask distributed; install it with: pip install 'catadioptric-designer[cluster]'"
-        ) from None
+    require_extra("cluster", "a cluster")
+    import dask
+    from distributed import Client, LocalCluster
+
     with dask.config.set(_SETTINGS):
         if scheduler is not None:
             try:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import io
 import json
 from collections.abc import Sequence
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from designer.extras import is_installed
 from designer.files import InputError, write_atomically
 from designer.requirement import Requirement, requirement_from_json
 from designer.study.columns import typed
@@ -118,7 +118,7 @@ def write_tables(folder: Path) -> None:
     frame = read_sweep_results(folder)
     for name, table in ((RESULTS, frame), (WINNERS, winners(frame))):
         write_atomically(folder / f"{name}.csv", table.to_csv(index=False))
-        if importlib.util.find_spec("pyarrow") is not None:
+        if is_installed("parquet"):
             buffer = io.BytesIO()
             table.to_parquet(buffer, index=False)
             write_atomically(folder / f"{name}.parquet", buffer.getvalue())

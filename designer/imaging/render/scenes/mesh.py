@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from designer.extras import require_extra
 from designer.files import InputError
 from designer.imaging.render.scenes.shapes import Array, Point
 
@@ -82,10 +83,8 @@ def read_mesh(path: Path, origin: Point) -> TriangleMesh:
     InputError
         trimesh is not installed, the file cannot be read, or it holds no triangles.
     """
-    try:
-        trimesh = _trimesh()
-    except ImportError:
-        raise InputError(f"{path}: meshes need trimesh: pip install 'catadioptric-designer[mesh]'") from None
+    require_extra("mesh", f"{path}: a mesh")
+    trimesh = _trimesh()
     if not path.is_file():
         raise InputError(f"{path}: cannot be read: there is no such file")
     try:
