@@ -34,18 +34,19 @@ from designer.optimise.multistart import (
     improve,
     make_feasible,
 )
+from designer.optimise.problem import Array
 from designer.optimise.search import MOST_DESIGNS_IN_SECOND_STAGE, SearchResult
-from designer.optimise.separating_directions import NO_PAIRS
+from designer.optimise.separating_directions import NO_PAIRS, SeparatingDirections
 from designer.optimise.solver import Target
 from designer.optimise.specification import specification_of
 from designer.optimise.variables import free_ranges
 from designer.optimise.variants import enumerate_variants
-from designer.requirement import Requirement
+from designer.requirement import SAME_OBJECTIVE, Requirement
 
 # An objective better by less than this, as a share, is no reason to compute anything again.
 WORTH_A_CHANGE = 1e-4
 # A neighbour's design farther than this from the own one in the unit box is taken for another optimum.
-ELSEWHERE = 0.05
+ELSEWHERE = 0.1
 # Only so many of the neighbours' best designs go on.
 MOST_FROM_NEIGHBOURS = 3
 
@@ -60,16 +61,27 @@ class Fresh:
 
 @dataclass(slots=True)
 class _Branch:
-    """One lens and variant: its own design and those of its neighbours, ``found`` those better than the own."""
+    """One lens and variant: its own result and those of its neighbours, ``found`` the designs better than the own."""
 
     branch: Branch
-    own: Candidate | None
     neighbours: list[WarmStart]
     found: list[Candidate] = field(default_factory=list)
 
     @property
-    def best(self) -> list[Candidate]:
-        return ([self.own] if self.own else []) + self.found
+    def own(self) -> WarmStart | None:
+        """Where the search ended, if with a design."""
+        known = self.branch.known
+        return known if known is not None and known.is_feasible else None
+
+    @property
+    def value(self) -> float:
+        """The first objective so far; infinite without a design."""
+        return self.own.first_value if self.own is not None and self.own.first_value is not None else np.inf
+
+    def own_first(self) -> list[Candidate]:
+        """The own design of the first stage, evaluated anew; none if there is none."""
+        task = self.branch.task
+        return [examine(task, moved(task, self.own.first), self.own.directions)] if self.own is not None else []
 
 
 def search_again(
@@ -103,23 +115,15 @@ def search_again(
         if known is None and not around and fresh is None:
             continue
         branch = Branch(lens_index, variant_index, task_for(requirement, lens, variant), known=known)
-        again = _Branch(branch, _own_first(branch), around)
+        again = _Branch(branch, around)
         _first_stage(requirement, again, first, fresh)
         branches.append(again)
     return _conclude(requirement, configuration, branches)
 
 
-def _own_first(branch: Branch) -> Candidate | None:
-    known = branch.known
-    if known is None or not known.is_feasible:
-        return None
-    return examine(branch.task, moved(branch.task, known.first), known.directions)
-
-
 def _first_stage(requirement: Requirement, again: _Branch, target: Target, fresh: Fresh | None) -> None:
     goal, task = target.minimise, again.branch.task
-    value = again.own.goals[goal] if again.own else np.inf
-    feasible, others = _from_neighbours(again, goal, value)
+    feasible, others = _from_neighbours(again, goal)
     found = improve(task, feasible, target) if feasible else []
     if again.own is not None:
         followed = [follow(task, other.scaled, other.directions, target) for other in others]
@@ -130,37 +134,46 @@ def _first_stage(requirement: Requirement, again: _Branch, target: Target, fresh
         found += improve(task, reached, target) if reached else []
     if fresh is not None:
         found += _afresh(requirement, again.branch, target, fresh)
-    again.found = [design for design in found if design.goals[goal] < value * (1.0 - WORTH_A_CHANGE)]
+    again.found = [design for design in found if design.goals[goal] < again.value * (1.0 - WORTH_A_CHANGE)]
 
 
-def _from_neighbours(again: _Branch, goal: str, value: float) -> tuple[list[Candidate], list[Candidate]]:
-    """The neighbours' designs that are better here than a value, and those that may lead to something better."""
-    task, known = again.branch.task, again.branch.known
-    per_scale = known.first_value / known.scale if known and known.first_value else np.inf
-    promising = [
-        start
-        for start in again.neighbours
-        if start.first_value is not None
-        and (start.first_value < value or start.first_value / start.scale < per_scale * (1.0 - WORTH_A_CHANGE))
-    ]
-    designs = [(start.first, start.directions) for start in promising]
-    designs += [
-        (start.second, start.second_directions)
-        for start in promising
-        if start.second is not None and start.second_directions is not None
-    ]
+def _from_neighbours(again: _Branch, goal: str) -> tuple[list[Candidate], list[Candidate]]:
+    """The neighbours' designs that are better here than the own, and those elsewhere that may lead to something better.
+
+    Under a requirement that asks as much, a design may do better as it is; under any, if it does by the objective's
+    size.
+    """
+    task, own, value = again.branch.task, again.own, again.value
+    scale = own.scale if own is not None else 0.0
+    here = [moved(task, own.first)] if own is not None else []
+    designs: list[tuple[Array, SeparatingDirections]] = []
+    for start in again.neighbours:
+        if start.first_value is None:
+            continue
+        is_better = start.first_value < value and start.scale >= scale * (1.0 - SAME_OBJECTIVE)
+        may_be = own is None or start.first_value / start.scale < value / scale * (1.0 - WORTH_A_CHANGE)
+        for values, choice in ((start.first, start.directions), (start.second, start.second_directions)):
+            if values is None or choice is None:
+                continue
+            scaled = moved(task, values)
+            if is_better or (may_be and _is_elsewhere(scaled, here)):
+                designs.append((scaled, choice))
     if not designs:
         return [], []
-    scaled = np.stack([moved(task, values) for values, _ in designs], axis=1)
-    examined = examine_all(task, scaled, [choice for _, choice in designs])
+    examined = examine_all(task, np.stack([scaled for scaled, _ in designs], axis=1), [choice for _, choice in designs])
     better = [one for one in examined if one.is_feasible and one.goals[goal] < value * (1.0 - WORTH_A_CHANGE)]
     feasible = distinct_designs(better, goal)[:MOST_FROM_NEIGHBOURS]
     others: list[Candidate] = []
     for one in examined:
-        apart = [*others, *feasible, *([again.own] if again.own else [])]
-        if not one.is_feasible and all(np.abs(one.scaled - other.scaled).max() > ELSEWHERE for other in apart):
+        known = [*here, *(other.scaled for other in (*others, *feasible))]
+        if not one.is_feasible and _is_elsewhere(one.scaled, known):
             others.append(one)
     return feasible, others[:MOST_FROM_NEIGHBOURS]
+
+
+def _is_elsewhere(scaled: Array, known: Sequence[Array]) -> bool:
+    """Whether a point of the unit box is far from all those known."""
+    return all(np.abs(scaled - other).max() > ELSEWHERE for other in known)
 
 
 def _afresh(requirement: Requirement, branch: Branch, target: Target, fresh: Fresh) -> list[Candidate]:
@@ -177,25 +190,33 @@ def _conclude(
     requirement: Requirement, configuration: Configuration, branches: Sequence[_Branch]
 ) -> SearchResult | None:
     goals = requirement.objective
-    every = [design for again in branches for design in again.best]
-    if not every:
-        return None
-    first = min(every, key=lambda design: design.goals[goals.minimise])
-    bound = first.goals[goals.minimise] * (1.0 + goals.tolerance)
-    target = Target(goals.then, ((goals.minimise, bound),))
     is_changed = any(again.found for again in branches)
-    known = [start.second_value for again in branches if (start := again.branch.known) and start.second_value]
-    for again in branches:
-        again.branch.designs = again.best
-        again.branch.smallest = _smallest(again, target)
+    values = [again.value for again in branches] + [
+        one.goals[goals.minimise] for again in branches for one in again.found
+    ]
+    if not min(values, default=np.inf) < np.inf:
+        return None
+    target = Target(goals.then, ((goals.minimise, min(values) * (1.0 + goals.tolerance)),))
+    least = min((own.second_value for again in branches if (own := again.own) and own.second_value), default=np.inf)
+    smaller = [_smaller_of_neighbours(again, target, np.inf if is_changed else least) for again in branches]
+    if not is_changed and not any(smaller):
+        return None
+    for again, starts in zip(branches, smaller, strict=True):
+        again.branch.designs = again.own_first() + again.found
+        again.branch.smallest = _smallest(again, target, starts)
+    first = min(
+        (design for again in branches for design in again.branch.designs),
+        key=lambda design: design.goals[goals.minimise],
+    )
     second = [again.branch.smallest for again in branches if again.branch.smallest is not None]
     if not second:
         return None
     best = min(second, key=lambda design: design.goals[goals.then])
-    if not is_changed and not best.goals[goals.then] < min(known, default=np.inf) * (1.0 - WORTH_A_CHANGE):
+    if not is_changed and not best.goals[goals.then] < least * (1.0 - WORTH_A_CHANGE):
         return None
     warm_starts = [
-        again.branch.warm_start(goals.minimise, goals.then) if again.best else again.branch.known for again in branches
+        again.branch.warm_start(goals.minimise, goals.then) if again.branch.designs else again.branch.known
+        for again in branches
     ]
     statuses = sum((again.branch.task.statuses for again in branches), Counter[str]())
     return SearchResult(
@@ -209,22 +230,20 @@ def _conclude(
     )
 
 
-def _smallest(again: _Branch, target: Target) -> Candidate | None:
+def _smallest(again: _Branch, target: Target, smaller: Sequence[Candidate]) -> Candidate | None:
     """The best second-stage design of a branch: its own, a neighbour's, or one that starts from what was found."""
-    task, known = again.branch.task, again.branch.known
+    task, known = again.branch.task, again.own
     own = recalled_second(task, known) if known is not None else None
     found = []
-    if own is not None and known is not None and known.second_directions is not None:
+    if own is not None:
         if own.is_feasible and own.keeps(target):
             found = [own]
-        elif (moved_on := follow(task, own.scaled, known.second_directions, target)) is not None:
+        elif (moved_on := follow(task, own.scaled, own.directions, target)) is not None:
             found = [moved_on]
     value = min((one.goals[target.minimise] for one in found), default=np.inf)
-    near = [design for design in again.found if design.keeps(target)]
-    if own is None and again.own is not None and again.own.keeps(target):
-        near.append(again.own)
+    near = [design for design in (again.found if own is not None else again.branch.designs) if design.keeps(target)]
     starts = distinct_designs(near, target.minimise)[:MOST_DESIGNS_IN_SECOND_STAGE]
-    starts += _smaller_of_neighbours(again, target, value)
+    starts += [one for one in smaller if one.goals[target.minimise] < value * (1.0 - WORTH_A_CHANGE)]
     if starts:
         found += improve(task, starts, target)
     return min(found, key=lambda design: design.goals[target.minimise], default=None)

@@ -18,7 +18,7 @@ from designer.requirement import Requirement
 from designer.study.sweep.definition import SweepDefinition, requirement_at
 
 # So many points, spread over the sweep with its ends among them, are searched from scratch.
-MOST_AFRESH = 18
+MOST_AFRESH = 16
 
 
 @dataclass(frozen=True, slots=True)

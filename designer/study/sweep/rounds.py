@@ -26,15 +26,17 @@ from designer.study.sweep.store import Store
 
 # A configuration could win a point if its first objective is within this share of the best one's there.
 COULD_WIN = 0.05
-# So many starts it then gets for each variant; neighbours tell each other what they find.
+# So many starts it then gets for each variant; neighbours tell each other what they find. Of more than so many points and
+# configurations that could win, as many are chosen evenly over the sweep.
 FEW_STARTS = 2
+MOST_WITH_FEW_STARTS = 600
 # A configuration stands out at a point if its first objective is this share above what both sides of it suggest, ...
 ABOVE_BOTH_SIDES = 0.02
 # ... or if it is so much farther above the closed-form limit than at one neighbour; or if it has no design there.
 ABOVE_ONE_NEIGHBOUR = 0.05
 # Of those that stand out, so many in all are searched from scratch, the worst first: their number does not grow with
 # the sweep's, and fine sweeps need them less.
-MOST_SEARCHES = 500
+MOST_SEARCHES = 300
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +118,9 @@ def _could_win(store: Store, base: Requirement, number: int) -> list[tuple[int, 
     best: dict[int, float] = {}
     for (point, _), value in values.items():
         best[point] = min(value, best.get(point, math.inf))
-    return [(point, name) for (point, name), value in values.items() if value <= best[point] * (1.0 + COULD_WIN)]
+    found = [(point, name) for (point, name), value in values.items() if value <= best[point] * (1.0 + COULD_WIN)]
+    count = min(len(found), MOST_WITH_FEW_STARTS)
+    return [found[place * len(found) // count] for place in range(count)]
 
 
 def _standing_out(store: Store, base: Requirement, points: tuple[Point, ...], number: int) -> list[tuple[int, str]]:
