@@ -106,7 +106,8 @@ def _show_progress(quiet: bool) -> Iterator[Callable[[SweepProgress], None] | No
         points = progress.done * progress.points_per_task
         total = progress.total * progress.points_per_task
         text = (
-            f"[{points:.0f}/{total:.0f}] requirements, {progress.feasible} feasible designs, "
+            (f"comparing neighbours, round {progress.round}: " if progress.round else "")
+            + f"[{points:.0f}/{total:.0f}] requirements, {progress.feasible} feasible designs, "
             f"{duration(progress.remaining_seconds)} left"
         )
         click.echo(f"\r{text}\x1b[K" if is_live else text, err=True, nl=not is_live)

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.files import InputError
+from designer.optimise.branch import problem_of
 from designer.optimise.multistart import Candidate
 from designer.optimise.program import problem_parameters
-from designer.optimise.search import problem_of
 from designer.optimise.separating_directions import NearPairs
 from designer.optimise.solver import Run, Target, minimise_for_multipliers
 from designer.requirement import Requirement, set_key

@@ -1,4 +1,8 @@
-"""The front of depth error against size, traced by tightening the envelope around a finished design."""
+"""The front of depth error against size: the least depth error within each of several bounds on a size.
+
+Bounds are tightened around a finished design and loosened again, and every bound gets fresh starts in all variants.
+Then bounds share their designs, as the points of a sweep do, until none is better for it.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from designer.optimise.again import Fresh, search_again
+from designer.optimise.branch import WarmStart, limit_at
 from designer.optimise.multistart import LARGEST_VIOLATION, Candidate, improve, task_of
 from designer.optimise.solver import Target
+from designer.optimise.variants import enumerate_variants
+from designer.requirement import Requirement, set_key
+
+# So many fresh starts for each variant at each bound but the tightest, which gets as many as a study: what fits there
+# fits everywhere.
+FEW_STARTS = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,14 +32,18 @@ class ParetoPoint:
     goals: dict[str, float]
 
 
-def trace_pareto_front(first: Candidate, sizes: Sequence[str], points: int) -> list[ParetoPoint]:
-    """Bound each size in equal steps, from that of the least depth error down to the least the variant allows.
+def trace_pareto_front(
+    requirement: Requirement, first: Candidate, sizes: Sequence[str], points: int
+) -> list[ParetoPoint]:
+    """Bound each size in equal steps, from that of the least depth error down to the least found.
 
-    Steps go down from the one end, each from its neighbour, and then up from the other, so that none is worse than a
-    tighter one; the tightest lies a hair above the least size, where nothing is left to choose.
+    No point is worse than a tighter one; the tightest lies a hair above the least size, where nothing is left to
+    choose.
 
     Parameters
     ----------
+    requirement
+        What was asked; its objectives play no part.
     first
         A feasible design, whatever was minimised to find it.
     """
@@ -40,6 +56,7 @@ def trace_pareto_front(first: Candidate, sizes: Sequence[str], points: int) -> l
         limits = [float(limit) for limit in np.linspace(loosest.goals[size], least, points)]
         bounds = [max(limit, least * (1.0 + 1e-6)) for limit in limits]
         found = _loosened(smallest, size, bounds, _tightened(loosest, size, bounds))
+        found = _shared(requirement, size, bounds, found)
         front += [ParetoPoint(size, limit, design.goals) for limit, design in zip(limits, found, strict=True)]
     return front
 
@@ -74,3 +91,59 @@ def _loosened(
 
 def _least_depth_error(start: Candidate, size: str, bound: float) -> Candidate:
     return improve(task_of(start), [start], Target("depth_error", ((size, bound),)))[0]
+
+
+def _shared(
+    requirement: Requirement, size: str, bounds: Sequence[float], designs: Sequence[Candidate]
+) -> list[Candidate]:
+    """The designs within their bounds, loosest first, after fresh starts and after what each has learnt from others."""
+    found = list(designs)
+    asked = [_bounded(requirement, size, bound) for bound in bounds]
+    known: list[Sequence[WarmStart]] = [(_warm_start(requirement, design),) for design in designs]
+    configuration = designs[0].problem.variant.configuration
+    is_first = True
+    waiting = set(range(len(bounds)))
+    while waiting:
+        better = set()
+        for place in sorted(waiting):
+            beside = [other for other in (place - 1, place + 1) if 0 <= other < len(bounds)]
+            result = search_again(
+                asked[place],
+                configuration,
+                known[place],
+                [known[other] for other in beside],
+                (Fresh() if place == len(bounds) - 1 else Fresh(FEW_STARTS, place + 1)) if is_first else None,
+            )
+            if result is not None and result.first is not None:
+                known[place] = result.warm_starts
+                if result.first.goals["depth_error"] < found[place].goals["depth_error"]:
+                    found[place] = result.first
+                better.add(place)
+        waiting = {other for place in better for other in (place - 1, place + 1) if 0 <= other < len(bounds)}
+        is_first = False
+    for place in reversed(range(len(bounds) - 1)):
+        # What fits into the tighter bound fits into the looser one.
+        found[place] = min(found[place], found[place + 1], key=lambda design: design.goals["depth_error"])
+    return found
+
+
+def _bounded(requirement: Requirement, size: str, bound: float) -> Requirement:
+    """A requirement that minimises the depth error with a size at most a bound."""
+    asked = set_key(requirement, "objective", {"minimise": "depth_error", "then": size})
+    if size == "diameter" and bound < asked.envelope.mirror_diameter_mm:
+        asked = set_key(asked, "envelope.mirror_diameter_mm", bound)
+    return set_key(asked, f"envelope.{size}_mm", bound)
+
+
+def _warm_start(requirement: Requirement, design: Candidate) -> WarmStart:
+    variant = design.problem.variant
+    return WarmStart(
+        requirement.camera.lenses.index(design.lens),
+        enumerate_variants(variant.configuration).index(variant),
+        True,
+        design.values,
+        None,
+        design.directions,
+        first_value=design.goals["depth_error"],
+        scale=limit_at(design),
+    )

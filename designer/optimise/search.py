@@ -7,71 +7,32 @@ a design is feasible when NumPy, evaluating every constraint and every clearance
 
 from __future__ import annotations
 
-import zlib
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 
-import numpy as np
-
 from designer.configurations import Configuration
-from designer.goals import GOALS, TypicalSizes
-from designer.optimise.impossibility import why_fixed_conflicts, why_impossible
-from designer.optimise.limit import limit_of
-from designer.optimise.multistart import (
-    WORTH_ANOTHER_RESTART,
-    Candidate,
-    Task,
-    distinct_designs,
-    examine,
-    follow,
-    improve,
-    make_feasible,
-    restart_around,
-    start_around,
-    start_at,
+from designer.optimise.branch import (
+    Branch,
+    WarmStart,
+    first_stage,
+    limit_at,
+    moved,
+    recalled_second,
+    task_for,
 )
-from designer.optimise.problem import Array, Problem
-from designer.optimise.screening import LARGE_GAIN_SHARE, screen
-from designer.optimise.separating_directions import SeparatingDirections
+from designer.optimise.impossibility import why_fixed_conflicts, why_impossible
+from designer.optimise.multistart import Candidate, distinct_designs, examine, follow, improve
 from designer.optimise.shortfall import Shortfall, shortfalls_of
 from designer.optimise.solver import SOLVED, STALLED, Target
 from designer.optimise.specification import specification_of
-from designer.optimise.variables import (
-    SMALLEST_GAIN_SHARE,
-    bounds_of,
-    fixed_parameters,
-    free_ranges,
-    with_principal_distance,
-)
-from designer.optimise.variants import Variant, enumerate_variants
-from designer.requirement import Lens, Requirement
+from designer.optimise.variables import fixed_parameters, free_ranges
+from designer.optimise.variants import enumerate_variants
+from designer.requirement import Requirement
 
 # From so many of the best different designs the second objective is minimised.
 MOST_DESIGNS_IN_SECOND_STAGE = 6
-# Before a configuration is called infeasible, so many times more starts are tried, with small gains too, which waste
-# the image but let the light pass where large ones do not.
-MORE_STARTS_IF_INFEASIBLE = 2
-# So many of the nearest misses that a range holds are then followed beyond it.
-MOST_DESIGNS_BEYOND_RANGES = 8
-
-
-@dataclass(frozen=True, slots=True)
-class WarmStart:
-    """Where the search of one lens and variant ended: enough for a neighbouring requirement to start from.
-
-    ``first`` holds the physical variables of the best first-stage design, or of the nearest miss; ``second`` those of
-    the best second-stage design, None if there is none. Each has the separating directions it was found with.
-    """
-
-    lens: int
-    variant: int
-    is_feasible: bool
-    first: dict[str, float]
-    second: dict[str, float] | None
-    directions: SeparatingDirections
-    second_directions: SeparatingDirections | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,8 +64,7 @@ class SearchResult:
     def limit_of_first(self) -> float:
         """The closed-form least depth error at the first-stage design's own baseline and principal distance."""
         assert self.first is not None
-        problem, values = self.first.problem, self.first.values
-        return float(limit_of(problem.variant, problem.specification, values["baseline"], values["principal_distance"]))
+        return limit_at(self.first)
 
 
 def search(
@@ -128,7 +88,7 @@ def search(
         return replace(nothing, by_lens=(nothing,) * len(lenses)) if each_lens and len(lenses) > 1 else nothing
     by_branch = {(start.lens, start.variant): start for start in known}
     reasons: dict[int, list[str]] = {index: [] for index in range(len(lenses))}
-    branches: list[_Branch] = []
+    branches: list[Branch] = []
     for (lens_index, lens), (variant_index, variant) in product(
         enumerate(lenses), enumerate(enumerate_variants(configuration))
     ):
@@ -136,9 +96,9 @@ def search(
         if reason is not None:
             reasons[lens_index].append(reason)
             continue
-        task, warm_start = _task(requirement, lens, variant), by_branch.get((lens_index, variant_index))
-        branch = _Branch(lens_index, variant_index, task, known=warm_start)
-        _first_stage(requirement, branch)
+        task, warm_start = task_for(requirement, lens, variant), by_branch.get((lens_index, variant_index))
+        branch = Branch(lens_index, variant_index, task, known=warm_start)
+        first_stage(requirement, branch)
         branches.append(branch)
     every_reason = [reason for of_lens in reasons.values() for reason in of_lens]
     result = _conclude(requirement, configuration, branches, every_reason)
@@ -155,7 +115,7 @@ def search(
 
 
 def _conclude(
-    requirement: Requirement, configuration: Configuration, branches: list[_Branch], reasons: Sequence[str]
+    requirement: Requirement, configuration: Configuration, branches: list[Branch], reasons: Sequence[str]
 ) -> SearchResult:
     """What the first stage's branches come to, after the second stage if any has a design."""
     if not branches:
@@ -165,176 +125,17 @@ def _conclude(
     return _second_stage(requirement, configuration, branches)
 
 
-def problem_of(requirement: Requirement, lens: Lens, variant: Variant) -> Problem:
-    """A variant under a requirement with one of its lenses."""
-    specification = specification_of(requirement, lens)
-    free = free_ranges(requirement, lens)
-    fixed = tuple(sorted(fixed_parameters(requirement).items()))
-    return Problem(variant, specification, bounds_of(variant, specification, free), fixed)
-
-
 def recall(
     requirement: Requirement, configuration: Configuration, known: WarmStart
 ) -> tuple[Candidate, Candidate | None]:
     """The first-stage and the second-stage design of a warm start, evaluated anew under its own requirement."""
     lens = requirement.camera.lenses[known.lens]
-    task = _task(requirement, lens, enumerate_variants(configuration)[known.variant])
-    first = examine(task, _moved(task, known.first), known.directions)
-    return first, _recalled_second(task, known)
+    task = task_for(requirement, lens, enumerate_variants(configuration)[known.variant])
+    first = examine(task, moved(task, known.first), known.directions)
+    return first, recalled_second(task, known)
 
 
-def _recalled_second(task: Task, known: WarmStart) -> Candidate | None:
-    if known.second is None or known.second_directions is None:
-        return None
-    return examine(task, _moved(task, known.second), known.second_directions)
-
-
-def _task(requirement: Requirement, lens: Lens, variant: Variant) -> Task:
-    problem = problem_of(requirement, lens, variant)
-    return Task(problem, lens, goal_scales(problem), Counter())
-
-
-@dataclass(slots=True)
-class _Branch:
-    """The search of one lens and variant: its feasible designs, or else its nearest miss.
-
-    ``known`` is where a neighbouring requirement ended, ``smallest`` the best design of the second stage.
-    """
-
-    lens: int
-    variant: int
-    task: Task
-    known: WarmStart | None = None
-    designs: list[Candidate] = field(default_factory=list)
-    miss: Candidate | None = None
-    smallest: Candidate | None = None
-
-    def warm_start(self, goal: str) -> WarmStart:
-        """What a neighbour needs to go on from here."""
-        first = min(self.designs, key=lambda design: design.goals[goal]) if self.designs else self.miss
-        assert first is not None
-        return WarmStart(
-            self.lens,
-            self.variant,
-            bool(self.designs),
-            first.values,
-            self.smallest.values if self.smallest else None,
-            first.directions,
-            self.smallest.directions if self.smallest else None,
-        )
-
-
-def goal_scales(problem: Problem) -> tuple[float, ...]:
-    """A typical size of each goal, so that the solver sees numbers near one."""
-    specification = problem.specification
-    middle = with_principal_distance(
-        {name: (bounds.low + bounds.high) / 2.0 for name, bounds in problem.bounds.items()}
-    )
-    limit = float(limit_of(problem.variant, specification, middle["baseline"], middle["principal_distance"]))
-    sizes = TypicalSizes(limit, specification.envelope_height, specification.envelope_diameter)
-    return tuple(goal.typical_size(sizes) for goal in GOALS.values())
-
-
-def _first_stage(requirement: Requirement, branch: _Branch) -> None:
-    """Find designs of least first objective, or the nearest miss: from the warm start if there is one, or afresh."""
-    target = Target(requirement.objective.minimise)
-    neighbours = []
-    if branch.known is not None:
-        followed = _follow_first(branch, branch.known, target)
-        if followed is None:
-            neighbours = _reached_from_neighbour(branch.task, branch.known)
-            followed = _improved(branch.task, neighbours, target)
-        if followed:
-            branch.designs = followed
-            return
-        if not branch.known.is_feasible:
-            branch.miss = neighbours[0]
-            return
-    _search_afresh(requirement, branch, target, neighbours)
-
-
-def _follow_first(branch: _Branch, known: WarmStart, target: Target) -> list[Candidate] | None:
-    """The design that follows the neighbour's; None if the neighbour had none or it leads nowhere."""
-    if not known.is_feasible:
-        return None
-    followed = follow(branch.task, _moved(branch.task, known.first), known.directions, target)
-    return None if followed is None else [followed]
-
-
-def _reached_from_neighbour(task: Task, known: WarmStart) -> list[Candidate]:
-    """Both designs of a neighbour, as near to feasible as they can be brought."""
-    first = examine(task, _moved(task, known.first), known.directions)
-    second = _recalled_second(task, known)
-    return make_feasible(task, [first] if second is None else [first, second])
-
-
-def _improved(task: Task, reached: Sequence[Candidate], target: Target) -> list[Candidate]:
-    """The feasible ones of some designs, each taken to its minimum; none if none is feasible."""
-    feasible = [candidate for candidate in reached if candidate.is_feasible]
-    return improve(task, feasible, target) if feasible else []
-
-
-def _search_afresh(requirement: Requirement, branch: _Branch, target: Target, reached: list[Candidate]) -> None:
-    """Search from screened designs, with all that a neighbour's have led to so far."""
-    task, variant = branch.task, branch.task.problem.variant
-    key = zlib.crc32(f"{variant.configuration.name}/{variant.label}".encode())
-    random = np.random.default_rng([requirement.solve.seed, key])
-    reached = [*reached, *_reached_from_screened(task, requirement.solve.starts, random, reached)]
-    branch.designs = _improved(task, reached, target)
-    if not branch.designs:
-        branch.miss = min(reached, key=lambda candidate: candidate.violation)
-        return
-    best = min(branch.designs, key=lambda design: design.goals[target.minimise])
-    if not _is_proven_least(best, target):
-        branch.designs.append(restart_around(task, best, target, random))
-
-
-def _reached_from_screened(
-    task: Task, count: int, random: np.random.Generator, known: Sequence[Candidate]
-) -> list[Candidate]:
-    """Screened designs brought as near to feasible as they can be; more of them while none is feasible.
-
-    At first the solver keeps to the ranges in which starts are drawn, since farther off it may lose its way. Where that
-    leads nowhere, what an end of a range holds goes on beyond it.
-    """
-    ranges = replace(task, problem=task.problem.within_ranges)
-    reached: list[Candidate] = []
-    for starts, least_gain_share in (
-        (count, LARGE_GAIN_SHARE),
-        (MORE_STARTS_IF_INFEASIBLE * count, SMALLEST_GAIN_SHARE),
-    ):
-        screened = screen(task.problem, starts, random, least_gain_share)
-        found = make_feasible(ranges, start_at(ranges, screened))
-        reached += [replace(candidate, problem=task.problem) for candidate in found]
-        if any(candidate.is_feasible for candidate in (*known, *reached)):
-            return reached
-    nearest = min((*known, *reached), key=lambda candidate: candidate.violation)
-    found = make_feasible(ranges, start_around(ranges, nearest, random))
-    reached += [replace(candidate, problem=task.problem) for candidate in found]
-    if any(candidate.is_feasible for candidate in found):
-        return reached
-    held = sorted((each for each in reached if each.is_held_by_a_range), key=lambda candidate: candidate.violation)
-    return [*reached, *make_feasible(task, held[:MOST_DESIGNS_BEYOND_RANGES])]
-
-
-def _is_proven_least(design: Candidate, target: Target) -> bool:
-    """Whether a design reaches the closed-form limit, and nothing that it depends on could be chosen otherwise."""
-    problem, values = design.problem, design.values
-    is_given = all(problem.bounds[name].is_fixed for name in ("baseline", "focal_length", "reciprocal_focus"))
-    # With a predicted noise the largest gains are not always the best, and the limit proves nothing.
-    if target.minimise != "depth_error" or not is_given or problem.specification.predicted_share:
-        return False
-    limit = float(limit_of(problem.variant, problem.specification, values["baseline"], values["principal_distance"]))
-    return design.goals["depth_error"] <= limit * (1.0 + WORTH_ANOTHER_RESTART)
-
-
-def _moved(task: Task, values: dict[str, float]) -> Array:
-    """A neighbour's design, moved into this problem's bounds."""
-    scaled = task.problem.scaled({name: np.array([value]) for name, value in values.items()})
-    return np.clip(scaled[:, 0], *task.problem.reach)
-
-
-def _second_stage(requirement: Requirement, configuration: Configuration, branches: list[_Branch]) -> SearchResult:
+def _second_stage(requirement: Requirement, configuration: Configuration, branches: list[Branch]) -> SearchResult:
     """Minimise the second objective, with the first within its tolerance of the configuration's best."""
     first_goal, second_goal = requirement.objective.minimise, requirement.objective.then
     every = [design for branch in branches for design in branch.designs]
@@ -354,19 +155,19 @@ def _second_stage(requirement: Requirement, configuration: Configuration, branch
         first=first,
         best=best,
         statuses=_all_statuses(branches),
-        warm_starts=tuple(branch.warm_start(first_goal) for branch in branches),
+        warm_starts=tuple(branch.warm_start(first_goal, second_goal) for branch in branches),
     )
 
 
-def _follow_second(branch: _Branch, target: Target) -> Candidate | None:
+def _follow_second(branch: Branch, target: Target) -> Candidate | None:
     """The second-stage design from that of the neighbour; None if there was none or it leads nowhere."""
     known = branch.known
     if known is None or known.second is None or known.second_directions is None:
         return None
-    return follow(branch.task, _moved(branch.task, known.second), known.second_directions, target)
+    return follow(branch.task, moved(branch.task, known.second), known.second_directions, target)
 
 
-def _improve_second(branch: _Branch, target: Target) -> Candidate | None:
+def _improve_second(branch: Branch, target: Target) -> Candidate | None:
     """The second-stage design from those of the first that keep the target's bounds; None if none does."""
     near = [design for design in branch.designs if design.keeps(target)]
     if not near:
@@ -375,11 +176,11 @@ def _improve_second(branch: _Branch, target: Target) -> Candidate | None:
     return min(improve(branch.task, starts, target), key=lambda design: design.goals[target.minimise])
 
 
-def _all_statuses(branches: list[_Branch]) -> dict[str, int]:
+def _all_statuses(branches: list[Branch]) -> dict[str, int]:
     return dict(sum((branch.task.statuses for branch in branches), Counter()))
 
 
-def _infeasible(configuration: Configuration, branches: list[_Branch]) -> SearchResult:
+def _infeasible(configuration: Configuration, branches: list[Branch]) -> SearchResult:
     statuses = _all_statuses(branches)
     if not {SOLVED, STALLED} & statuses.keys():
         said = ", ".join(f"{status} ({count})" for status, count in statuses.items())
@@ -394,5 +195,5 @@ def _infeasible(configuration: Configuration, branches: list[_Branch]) -> Search
         f"no feasible point found; smallest violation{variant}: {missed}",
         shortfall=tied[0],
         statuses=statuses,
-        warm_starts=tuple(branch.warm_start("depth_error") for branch in branches),
+        warm_starts=tuple(branch.warm_start("depth_error", "depth_error") for branch in branches),
     )

@@ -63,7 +63,7 @@ def solve_study(
     requirement = restrict(requirement, only)
     with local_processes(jobs) as processes:
         results = _ranked(requirement, _solve_each(processes, requirement, progress, started))
-        results, pareto = _trace_pareto_fronts(processes, results)
+        results, pareto = _trace_pareto_fronts(processes, requirement, results)
     return Study(
         requirement,
         tuple(result.row for result in results),
@@ -107,13 +107,14 @@ def _ranked(requirement: Requirement, results: list[ConfigurationResult]) -> lis
 
 
 def _trace_pareto_fronts(
-    processes: Processes, ranked: list[ConfigurationResult]
+    processes: Processes, requirement: Requirement, ranked: list[ConfigurationResult]
 ) -> tuple[list[ConfigurationResult], list[ParetoRow]]:
     """The Pareto fronts of the best designs, in their order, and the results; one without its front says why."""
     ranked = list(ranked)
     best = [place for place, result in enumerate(ranked) if result.first is not None][:DESIGNS_WITH_PARETO_FRONTS]
     found: dict[int, list[ParetoRow]] = {}
-    for index, future in run_each(processes, pareto_front_of, [(ranked[place].first,) for place in best]):
+    tasks = [(requirement, ranked[place].first) for place in best]
+    for index, future in run_each(processes, pareto_front_of, tasks):
         place = best[index]
         try:
             found[place] = future.result()

@@ -142,10 +142,10 @@ def _judged(requirement: Requirement, result: SearchResult) -> _LensOutcome:
         return _LensOutcome("failed", why_broken_down(error))
 
 
-def pareto_front_of(first: Candidate) -> list[ParetoRow]:
+def pareto_front_of(requirement: Requirement, first: Candidate) -> list[ParetoRow]:
     """Pareto fronts of depth error against height and diameter of one design, whatever the first objective."""
     name = first.problem.variant.configuration.name
-    return [_pareto_row(name, point) for point in trace_pareto_front(first, PARETO_SIZES, PARETO_POINTS)]
+    return [_pareto_row(name, point) for point in trace_pareto_front(requirement, first, PARETO_SIZES, PARETO_POINTS)]
 
 
 def _pareto_row(configuration: str, point: ParetoPoint) -> ParetoRow:

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from designer.optimise.branch import goal_scales
 from designer.optimise.multistart import Candidate, Task, make_feasible, start_around, start_at
 from designer.optimise.problem import Problem
 from designer.optimise.screening import screen
-from designer.optimise.search import goal_scales
 from designer.optimise.variables import Bounds, VariableBounds
 from designer.requirement import Lens
 

@@ -66,9 +66,9 @@ def source(folder: Path, tables: SweepTables) -> str:
             f"Designer {about['version of designer']}, base requirement {definition['requirement']}, plan "
             f"{definition['plan'].replace('_', ' ')}, seed {definition['seed']} of the plan and "
             f"{base.solve.seed} of the searches. Each point started from a neighbour's optimum along a fixed "
-            "tree; each feasible design was traced over its required elevations. A design may have remained in its "
-            "neighbour's local optimum: before building one, run a study of its requirement, which searches from "
-            "scratch."
+            "tree, then from the designs of all its neighbours until none was better, with fresh starts where it stood "
+            "out; each feasible design was traced over its required elevations. Before building a design, run a study "
+            "of its requirement, which searches from scratch and traces the whole image."
         ),
     ]
     return "\n".join(parts)
@@ -120,15 +120,23 @@ def _winners_table(best: pd.DataFrame, letters: dict[str, str]) -> str:
                 number(part["limit_ratio"].median(), 3),
                 number(part["height_mm"].median(), 1),
                 number(part["diameter_mm"].median(), 1),
+                _median(part["f_number"]),
+                _median(part["largest_blur_px"]),
             ]
         )
     return call(
         "ruled",
-        columns="(auto, 1fr) + (auto,) * 5",
-        align="(left, left) + (right,) * 5",
-        header="([], [configuration], [wins], [depth error (%)], [limit ratio], [height (mm)], [diameter (mm)],)",
+        columns="(auto, 1fr) + (auto,) * 7",
+        align="(left, left) + (right,) * 7",
+        header="([], [configuration], [wins], [depth error (%)], [limit ratio], [height (mm)], [diameter (mm)], "
+        "[f-number], [blur (px)],)",
         rows=cells(rows),
     ) + text("Medians over the requirements that each configuration wins.")
+
+
+def _median(values: pd.Series[float]) -> str:
+    """The median with one decimal; a dash where the sweep is of a version that did not know the quantity."""
+    return number(None if values.isna().all() else float(values.median()), 1)
 
 
 def sensitivity_section(folder: Path, best: pd.DataFrame, goal: str) -> str:

@@ -11,10 +11,11 @@ from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 
-TaskName = tuple[object, object]
-"""(point, chunk), as the store holds it: whole numbers unless damaged."""
+TaskName = tuple[object, object, object]
+"""(point, chunk, round), as the store holds it: whole numbers unless damaged."""
 
 CHECKSUM = "sha256"
+TASK_COLUMNS = "point, chunk, round, warm_starts, seconds"
 
 
 def sha256_of(value: object) -> str:
@@ -22,13 +23,14 @@ def sha256_of(value: object) -> str:
     return hashlib.sha256(ascii(value).encode("ascii")).hexdigest()
 
 
-def task_checksum(connection: sqlite3.Connection, columns: Sequence[str], point: int, chunk: int) -> str:
-    """The checksum of a task that is in the store."""
+def task_checksum(connection: sqlite3.Connection, columns: Sequence[str], point: int, chunk: int, number: int) -> str:
+    """The checksum of a task that is in the store; ``number`` is that of its round."""
     rows = connection.execute(
-        f"SELECT {', '.join(columns)} FROM results WHERE point = ? AND chunk = ? ORDER BY configuration", (point, chunk)
+        f"SELECT {', '.join(columns)} FROM results WHERE point = ? AND chunk = ? AND round = ? ORDER BY configuration",
+        (point, chunk, number),
     ).fetchall()
     (task,) = connection.execute(
-        "SELECT point, chunk, warm_starts, seconds FROM tasks WHERE point = ? AND chunk = ?", (point, chunk)
+        f"SELECT {TASK_COLUMNS} FROM tasks WHERE point = ? AND chunk = ? AND round = ?", (point, chunk, number)
     ).fetchall()
     return sha256_of((task, sha256_of(rows)))
 
@@ -37,19 +39,18 @@ def damaged_tasks(connection: sqlite3.Connection, columns: Sequence[str]) -> lis
     """The tasks of which anything in the store is not as it was written; results without their task are among them."""
     # Not by an index, which may be damaged where the table is not: hence the plus signs.
     found = connection.execute(
-        f"SELECT {', '.join(columns)} FROM results NOT INDEXED ORDER BY +point, +chunk, +configuration"
+        f"SELECT {', '.join(columns)} FROM results NOT INDEXED ORDER BY +point, +chunk, +round, +configuration"
     )
-    place = columns.index("point"), columns.index("chunk")
+    places = [columns.index(name) for name in ("point", "chunk", "round")]
     rows = {
-        name: sha256_of(list(group)) for name, group in groupby(found, key=lambda row: (row[place[0]], row[place[1]]))
+        (name[0], name[1], name[2]): sha256_of(list(group))
+        for name, group in groupby(found, key=lambda row: tuple(row[place] for place in places))
     }
     nothing = sha256_of([])
     names: dict[TaskName, None] = dict.fromkeys(rows)
     whole: set[TaskName] = set()
-    for *task, checksum in connection.execute(
-        f"SELECT point, chunk, warm_starts, seconds, {CHECKSUM} FROM tasks NOT INDEXED"
-    ):
-        name = (task[0], task[1])
+    for *task, checksum in connection.execute(f"SELECT {TASK_COLUMNS}, {CHECKSUM} FROM tasks NOT INDEXED"):
+        name = (task[0], task[1], task[2])
         names[name] = None
         if checksum == sha256_of((tuple(task), rows.get(name, nothing))):
             whole.add(name)
@@ -83,6 +84,19 @@ def structural_damage(connection: sqlite3.Connection, with_indices: bool = True)
     check = "integrity_check" if with_indices else "quick_check"
     problems = [str(row[0]) for row in connection.execute(f"PRAGMA {check}(1)")]
     return "" if problems == ["ok"] else " ".join(" ".join(problems).split())
+
+
+def is_truncated(path: Path) -> bool:
+    """Whether a store is shorter than its header says; only while nobody writes to it.
+
+    SQLite reads what is left without complaint where the pages that are missing hold nothing that it looks at.
+    """
+    with path.open("rb") as stream:
+        header = stream.read(100)
+    page = int.from_bytes(header[16:18], "big")
+    # A page of 65536 bytes is written as 1.
+    size = 65536 if page == 1 else page
+    return path.stat().st_size < size * int.from_bytes(header[28:32], "big")
 
 
 def state_of(path: Path) -> tuple[int, int, int]:

@@ -47,8 +47,8 @@ class Axis(Part):
         float | None,
         Field(
             default=None,
-            description="The value at which a grid is searched from scratch; the others start from their neighbours. "
-            "Choose the loosest value: warm starts follow a requirement as it tightens, but rarely as it loosens. "
+            description="The value at which the search of a grid begins; the others start from their neighbours. "
+            "The loosest value saves time: warm starts follow a requirement as it tightens, but rarely as it loosens. "
             "Default: the middle.",
         ),
     ]

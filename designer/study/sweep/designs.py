@@ -59,11 +59,11 @@ def _recalled(folder: Path, point: int, name: str) -> tuple[Requirement, Candida
         if asked is None:
             raise InputError(f"{folder}: the sweep has no point {point}")
         status = connection.execute(
-            "SELECT status FROM results WHERE point = ? AND configuration = ?", (point, name)
+            "SELECT status FROM results WHERE point = ? AND configuration = ? ORDER BY round DESC", (point, name)
         ).fetchone()
         if status != ("feasible",):
             raise InputError(f"{folder}: {name} has no feasible design at point {point}")
-        tasks = connection.execute("SELECT warm_starts FROM tasks WHERE point = ?", (point,)).fetchall()
+        tasks = connection.execute("SELECT warm_starts FROM tasks WHERE point = ? ORDER BY round", (point,)).fetchall()
         if not tasks:
             raise InputError(
                 f"{folder}: was written by another version of designer: its tables can be read, its designs cannot be "

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,9 +16,10 @@ from designer import __version__
 from designer.requirement import Requirement, requirement_to_json
 from designer.study.processes import Processes
 from designer.study.sweep.definition import SweepDefinition
-from designer.study.sweep.plan import check_points, plan_points
-from designer.study.sweep.point import TaskResult, chunks_of, solve_task
-from designer.study.sweep.schedule import Schedule, TaskKey
+from designer.study.sweep.plan import Point, check_points, plan_points
+from designer.study.sweep.point import TaskResult, chunks_of, solve_task, solve_task_again
+from designer.study.sweep.rounds import Round, again_task, rounds_after_tree
+from designer.study.sweep.schedule import RoundSchedule, Schedule, TaskKey
 from designer.study.sweep.store import Store, open_store
 from designer.study.sweep.tables import write_tables
 from designer.study.sweep.workers import Workers, local_workers
@@ -34,8 +35,12 @@ class LostProcessesError(OSError):
 
 @dataclass(frozen=True, slots=True)
 class SweepProgress:
-    """How far a sweep has come; ``done`` and ``total`` count tasks, ``feasible`` designs."""
+    """How far a round of a sweep has come; ``done`` and ``total`` count its tasks, ``feasible`` all designs.
 
+    Round 0 solves every point; the others improve points by what their neighbours have found.
+    """
+
+    round: int
     done: int
     total: int
     points_per_task: float
@@ -95,10 +100,9 @@ def run_sweep(
         store.create(about, points)
         if (damaged := store.remove_damaged()) and tell is not None:
             tell(f"{store.path}: {damaged} finished task{'s' * (damaged > 1)} damaged; computing again")
-        schedule = Schedule(points, len(chunks_of(base)), store.finished())
-        if schedule:
-            with workers or local_workers(jobs) as crew:
-                _Sweep(base, {point.number: point.coordinates for point in points}, schedule, store, crew).run(progress)
+        with ExitStack() as stack:
+            sweep = _Sweep(base, points, store, lambda: stack.enter_context(workers or local_workers(jobs)))
+            sweep.run(progress)
     write_tables(folder)
 
 
@@ -107,67 +111,88 @@ class _Sweep:
     """A sweep under way: what to solve, what is running, and where results go."""
 
     base: Requirement
-    coordinates: dict[int, dict[str, float]]
-    schedule: Schedule
+    points: tuple[Point, ...]
     store: Store
-    workers: Workers
+    get_workers: Callable[[], Workers]
+    workers: Workers | None = None
     running: dict[Future[TaskResult], TaskKey] = field(default_factory=dict)
     lost: int = 0
 
     def run(self, progress: ProgressCallback | None) -> None:
-        """Run every task that is left."""
+        """Run every task that is left: the tree, then rounds until nothing is better."""
+        self._run_round(Schedule(self.points, len(chunks_of(self.base)), self.store.finished(0)), None, progress)
+        for this in rounds_after_tree(self.points, self.base, self.store):
+            self._run_round(RoundSchedule(this.tasks, self.store.finished(this.number)), this, progress)
+
+    def _run_round(
+        self, schedule: Schedule | RoundSchedule, this: Round | None, progress: ProgressCallback | None
+    ) -> None:
+        """Run what is left of a round; None is the tree."""
+        if not schedule:
+            return
+        # Only now, so that a finished sweep starts no process.
+        self.workers = self.workers or self.get_workers()
         clock = _Clock()
         feasible = self.store.feasible_count()
-        while self.schedule or self.running:
+        while schedule or self.running:
             try:
-                self._hand_out()
-                for result in self._collect():
-                    feasible += sum(row.status == "feasible" for row in result.rows)
+                self._hand_out(schedule, this)
+                for result in self._collect(schedule, this):
+                    feasible += 0 if this else sum(row.status == "feasible" for row in result.rows)
                     clock.tick()
                     if progress is not None:
-                        progress(self._progress(feasible, clock))
+                        progress(self._progress(schedule, this, feasible, clock))
             except BrokenProcessPool:
-                self._go_on_without_the_dead()
+                self._go_on_without_the_dead(schedule, this)
 
-    def _hand_out(self) -> None:
+    def _hand_out(self, schedule: Schedule | RoundSchedule, this: Round | None) -> None:
         """Keep every worker busy."""
-        while self.schedule and len(self.running) < self.workers.capacity:
-            task = self.schedule.take()
+        assert self.workers is not None
+        while schedule and len(self.running) < self.workers.capacity:
+            task = schedule.take()
             try:
-                self.running[self._submit(task)] = task
+                self.running[self._submit(task, this)] = task
             except BrokenProcessPool:
-                self.schedule.give_back(task)
+                schedule.give_back(task)
                 raise
 
-    def _submit(self, task: TaskKey) -> Future[TaskResult]:
+    def _submit(self, task: TaskKey, this: Round | None) -> Future[TaskResult]:
+        assert self.workers is not None
         number, chunk = task
-        parent = self.schedule.parents[number]
-        known = self.store.warm_starts(parent, chunk) if parent is not None else None
-        return self.workers.submit(solve_task, self.base, self.coordinates[number], chunk, known)
+        point = self.points[number]
+        if this is not None:
+            again = again_task(self.store, this, task)
+            return self.workers.submit(solve_task_again, self.base, point.coordinates, again)
+        known = self.store.warm_starts(point.parent, chunk) if point.parent is not None else None
+        return self.workers.submit(solve_task, self.base, point.coordinates, chunk, known, point.is_afresh)
 
-    def _collect(self) -> Iterator[TaskResult]:
+    def _collect(self, schedule: Schedule | RoundSchedule, this: Round | None) -> Iterator[TaskResult]:
         """Wait until a task ends; store and yield all that have ended, in order."""
         finished, _ = wait(self.running, return_when=FIRST_COMPLETED)
         for future in sorted(finished, key=lambda future: self.running[future]):
             result = future.result()
-            self._keep(self.running.pop(future), result)
+            self._keep(schedule, this, self.running.pop(future), result)
             yield result
 
-    def _keep(self, task: TaskKey, result: TaskResult) -> None:
-        self.store.add(*task, result)
-        self.schedule.finish(task)
+    def _keep(self, schedule: Schedule | RoundSchedule, this: Round | None, task: TaskKey, result: TaskResult) -> None:
+        self.store.add(*task, this.number if this else 0, result)
+        schedule.finish(task)
 
-    def _progress(self, feasible: int, clock: _Clock) -> SweepProgress:
-        done, total = len(self.schedule.finished), self.schedule.total
-        chunks = total / len(self.coordinates)
-        return SweepProgress(done, total, 1.0 / chunks, feasible, clock.seconds_for(total - done))
+    def _progress(
+        self, schedule: Schedule | RoundSchedule, this: Round | None, feasible: int, clock: _Clock
+    ) -> SweepProgress:
+        done, total = len(schedule.finished), schedule.total
+        chunks = len(chunks_of(self.base))
+        return SweepProgress(
+            this.number if this else 0, done, total, 1.0 / chunks, feasible, clock.seconds_for(total - done)
+        )
 
-    def _go_on_without_the_dead(self) -> None:
+    def _go_on_without_the_dead(self, schedule: Schedule | RoundSchedule, this: Round | None) -> None:
         """Keep what had come before a process died, and give back what was lost with it."""
         self.lost += 1
         for future in list(self.running):
             if future.done() and not future.cancelled() and future.exception() is None:
-                self._keep(self.running.pop(future), future.result())
+                self._keep(schedule, this, self.running.pop(future), future.result())
         if self.lost > MOST_LOST_WORKERS or not isinstance(self.workers, Processes):
             numbers = ", ".join(str(number) for number in sorted({number for number, _ in self.running.values()}))
             raise LostProcessesError(
@@ -175,7 +200,7 @@ class _Sweep:
                 f"of memory. Finished tasks are kept: to resume, run the same command with fewer jobs"
             ) from None
         for task in self.running.values():
-            self.schedule.give_back(task)
+            schedule.give_back(task)
         self.running.clear()
         self.workers.rebuild()
 

@@ -63,3 +63,30 @@ class Schedule:
 
     def _push(self, number: int, chunk: int) -> None:
         heapq.heappush(self._ready, (self._depth[number], number, chunk))
+
+
+class RoundSchedule:
+    """Tasks that do not wait for one another, in order."""
+
+    def __init__(self, tasks: Iterable[TaskKey], finished: Iterable[TaskKey]) -> None:
+        asked = set(tasks)
+        self.finished = asked.intersection(finished)
+        self.total = len(asked)
+        self._ready = sorted(asked - self.finished)
+        heapq.heapify(self._ready)
+
+    def __bool__(self) -> bool:
+        """Whether any task is left to take."""
+        return bool(self._ready)
+
+    def take(self) -> TaskKey:
+        """The next task to run."""
+        return heapq.heappop(self._ready)
+
+    def give_back(self, task: TaskKey) -> None:
+        """Let a task that was taken run again: whoever ran it has died."""
+        heapq.heappush(self._ready, task)
+
+    def finish(self, task: TaskKey) -> None:
+        """Note that a task is in the store."""
+        self.finished.add(task)

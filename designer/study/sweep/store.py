@@ -1,8 +1,9 @@
 """The store of a sweep: one SQLite file in its folder, written by one process, a task at a time, each whole or absent.
 
 Tables: ``points`` (number, parent, coordinates as JSON), ``tasks`` (one row for each finished task, with the warm
-starts of its children and the checksum of all that it found), ``results`` (one row for each point and configuration),
-``about`` (what the sweep was, and the checksum of that).
+starts of its neighbours and the checksum of all that it found), ``results`` (a row for each point and configuration
+from round 0, and one more from each later round that has found something better), ``about`` (what the sweep was, and
+the checksum of that).
 """
 
 from __future__ import annotations
@@ -19,43 +20,32 @@ from pydantic import JsonValue
 
 from designer.files import InputError, check_folder
 from designer.requirement import NOT_ASKED
-from designer.study.columns import SWEPT_COLUMNS
 from designer.study.sweep.checksums import (
     CHECKSUM,
     damaged_tasks,
     has_checksums,
     is_plan_whole,
+    is_truncated,
     plan_checksum,
     readable_text,
     state_of,
     structural_damage,
     task_checksum,
 )
+from designer.study.sweep.layout import (
+    COLUMNS_OF_RESULTS,
+    RESULT_COLUMNS,
+    SCHEMA,
+    columns_of,
+    has_other_columns,
+    see_as_this_version,
+)
 from designer.study.sweep.plan import Point
 from designer.study.sweep.point import TaskResult
 
 FILE_NAME = "sweep.sqlite"
-_SQL_TYPES = {str: "TEXT", float: "REAL", int: "INTEGER", bool: "INTEGER"}
-RESULT_COLUMNS = {name: _SQL_TYPES[column.kind] for name, column in SWEPT_COLUMNS.items()}
-"""Columns of ``results`` beside the point, in order; lengths in mm, errors as shares."""
-
-_COLUMNS_OF_TASKS = ["point", "chunk", "warm_starts", "seconds", CHECKSUM]
-_COLUMNS_OF_RESULTS = ["point", "chunk", *RESULT_COLUMNS]
+_TRUNCATED = "the file has been truncated"
 _START_AGAIN = "remove the file to start again, or choose another folder with --out"
-
-_SCHEMA = f"""
-CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-CREATE TABLE points (point INTEGER PRIMARY KEY, parent INTEGER, coordinates TEXT NOT NULL);
-CREATE TABLE tasks (
-    point INTEGER NOT NULL REFERENCES points, chunk INTEGER NOT NULL, warm_starts TEXT NOT NULL, seconds REAL NOT NULL,
-    {CHECKSUM} TEXT NOT NULL, PRIMARY KEY (point, chunk)
-);
-CREATE TABLE results (
-    point INTEGER NOT NULL REFERENCES points, chunk INTEGER NOT NULL,
-    {", ".join(f"{name} {kind}" for name, kind in RESULT_COLUMNS.items())},
-    PRIMARY KEY (point, configuration)
-);
-"""
 
 
 class StoreError(OSError):
@@ -71,18 +61,59 @@ class Store:
         self.was_emptied = was_emptied
         """Whether the file was there but empty: truncated, or cut off before anything was solved."""
 
-    def finished(self) -> set[tuple[int, int]]:
-        """(point, chunk) of every finished task."""
-        return set(self.connection.execute("SELECT point, chunk FROM tasks"))
+    def finished(self, number: int) -> set[tuple[int, int]]:
+        """(point, chunk) of every finished task of a round."""
+        return set(self.connection.execute("SELECT point, chunk FROM tasks WHERE round = ?", (number,)))
 
-    def warm_starts(self, point: int, chunk: int) -> str:
+    def better(self, number: int) -> set[tuple[int, int]]:
+        """(point, chunk) of every task of a round with results; from round 1 on it has found something better."""
+        return set(self.connection.execute("SELECT DISTINCT point, chunk FROM results WHERE round = ?", (number,)))
+
+    def warm_starts(self, point: int, chunk: int, number: int = 0) -> str:
         """The warm starts that one finished task left, as JSON."""
-        found = self.connection.execute("SELECT warm_starts FROM tasks WHERE point = ? AND chunk = ?", (point, chunk))
+        found = self.connection.execute(
+            "SELECT warm_starts FROM tasks WHERE point = ? AND chunk = ? AND round = ?", (point, chunk, number)
+        )
         return str(found.fetchone()[0])
+
+    def warm_starts_before(self, point: int, chunk: int, number: int) -> tuple[str, ...]:
+        """The warm starts that a point's tasks left before a round, oldest first."""
+        found = self.connection.execute(
+            "SELECT warm_starts FROM tasks WHERE point = ? AND chunk = ? AND round < ? ORDER BY round",
+            (point, chunk, number),
+        )
+        return tuple(text for (text,) in found)
+
+    def statuses_before(self, point: int, chunk: int, number: int) -> dict[str, str]:
+        """The status of each configuration of one task, as it was before a round."""
+        found = self.connection.execute(
+            "SELECT configuration, status FROM results WHERE point = ? AND chunk = ? AND round < ? ORDER BY round",
+            (point, chunk, number),
+        )
+        return dict(found)
+
+    def feasible_before(self, number: int, column: str) -> dict[tuple[int, str], float]:
+        """One column of each (point, configuration) that was feasible before a round, as it was then."""
+        found = self.connection.execute(
+            f"SELECT point, configuration, {column} FROM results WHERE round < ? AND status = 'feasible' "
+            "ORDER BY point, configuration, round",
+            (number,),
+        )
+        return {(point, name): value for point, name, value in found}
+
+    def impossible_before(self, number: int) -> set[tuple[int, str]]:
+        """(point, configuration) of what a rule excluded before a round."""
+        return set(
+            self.connection.execute(
+                "SELECT point, configuration FROM results WHERE round < ? AND status = 'impossible'", (number,)
+            )
+        )
 
     def feasible_count(self) -> int:
         """How many designs are feasible so far."""
-        found = self.connection.execute("SELECT COUNT(*) FROM results WHERE status = 'feasible'")
+        found = self.connection.execute(
+            "SELECT COUNT(*) FROM (SELECT DISTINCT point, configuration FROM results WHERE status = 'feasible')"
+        )
         return int(found.fetchone()[0])
 
     def remove_damaged(self) -> int:
@@ -96,35 +127,39 @@ class Store:
             It cannot be written.
         """
         try:
-            damaged = damaged_tasks(self.connection, _COLUMNS_OF_RESULTS)
+            damaged = damaged_tasks(self.connection, COLUMNS_OF_RESULTS)
         except sqlite3.DatabaseError as error:
             raise damaged_store(self.path, error) from None
         with self._writing():
             for table in ("results", "tasks") if damaged else ():
-                self.connection.executemany(f"DELETE FROM {table} WHERE point IS ? AND chunk IS ?", damaged)
+                self.connection.executemany(
+                    f"DELETE FROM {table} WHERE point IS ? AND chunk IS ? AND round IS ?", damaged
+                )
         return len(damaged)
 
-    def add(self, point: int, chunk: int, result: TaskResult) -> None:
-        """Write one finished task, whole or not at all.
+    def add(self, point: int, chunk: int, number: int, result: TaskResult) -> None:
+        """Write one finished task of a round, whole or not at all.
 
         Raises
         ------
         StoreError
             The disk is full or has failed; the task is not in the store.
         """
-        columns = _COLUMNS_OF_RESULTS
-        rows = [[point, chunk, *(row.values.get(name) for name in RESULT_COLUMNS)] for row in result.rows]
+        columns = COLUMNS_OF_RESULTS
+        rows = [[point, chunk, number, *(row.values.get(name) for name in RESULT_COLUMNS)] for row in result.rows]
         with self._writing():
             self.connection.executemany(
                 f"INSERT INTO results ({', '.join(columns)}) VALUES ({', '.join('?' * len(columns))})", rows
             )
             self.connection.execute(
-                "INSERT INTO tasks VALUES (?, ?, ?, ?, '')", (point, chunk, result.warm_starts, result.seconds)
+                "INSERT INTO tasks VALUES (?, ?, ?, ?, ?, '')",
+                (point, chunk, number, result.warm_starts, result.seconds),
             )
             # Of the values as SQLite returns them, which is how they are verified.
-            checksum = task_checksum(self.connection, columns, point, chunk)
+            checksum = task_checksum(self.connection, columns, point, chunk, number)
             self.connection.execute(
-                f"UPDATE tasks SET {CHECKSUM} = ? WHERE point = ? AND chunk = ?", (checksum, point, chunk)
+                f"UPDATE tasks SET {CHECKSUM} = ? WHERE point = ? AND chunk = ? AND round = ?",
+                (checksum, point, chunk, number),
             )
 
     def create(self, about: dict[str, str], points: tuple[Point, ...]) -> None:
@@ -157,7 +192,7 @@ class Store:
             == _planned(points),
             "requirement": _asked(known["requirement"]) == _asked(about["requirement"]),
             "version of designer": known["version of designer"] == about["version of designer"]
-            and not _has_other_columns(self.connection),
+            and not has_other_columns(self.connection),
         }
         if not all(same.values()):
             changed = " and ".join(key for key, is_same in same.items() if not is_same)
@@ -169,6 +204,8 @@ class Store:
 
     def _mend_indices(self) -> None:
         """Build damaged indices anew; what is wrong in the tables is found by the checksums."""
+        if is_truncated(self.path):
+            raise damaged_store(self.path, _TRUNCATED)
         if damage := structural_damage(self.connection, with_indices=False):
             raise damaged_store(self.path, damage)
         if not structural_damage(self.connection):
@@ -183,7 +220,7 @@ class Store:
     def _lay_out(self, about: dict[str, str], points: tuple[Point, ...]) -> None:
         with self._writing():
             # executescript would commit halfway.
-            for statement in filter(str.strip, _SCHEMA.split(";")):
+            for statement in filter(str.strip, SCHEMA.split(";")):
                 self.connection.execute(statement)
             self.connection.executemany("INSERT INTO about VALUES (?, ?)", about.items())
             self.connection.executemany("INSERT INTO points VALUES (?, ?, ?)", _planned(points))
@@ -234,29 +271,6 @@ def _asked(requirement: str) -> dict[str, JsonValue]:
     except ValueError:  # of a version that kept it otherwise
         return {}
     return {key: value for key, value in content.items() if key not in NOT_ASKED}
-
-
-def _columns_of(connection: sqlite3.Connection, table: str) -> list[str]:
-    return [name for _, name, *_ in connection.execute(f"PRAGMA table_info({table})")]
-
-
-def _has_other_columns(connection: sqlite3.Connection) -> bool:
-    """Whether the tables are not those that this version writes."""
-    return _columns_of(connection, "results") != _COLUMNS_OF_RESULTS or (
-        _columns_of(connection, "tasks") != _COLUMNS_OF_TASKS
-    )
-
-
-def _see_as_this_version(connection: sqlite3.Connection) -> None:
-    """Let one connection see the results of another version as this one names them; the file stays as it is.
-
-    What that version did not know is NULL, and there are no tasks: its warm starts are no designs of this version.
-    """
-    known = _columns_of(connection, "results")
-    columns = ", ".join(name if name in known else f"NULL AS {name}" for name in _COLUMNS_OF_RESULTS)
-    connection.execute(f"CREATE TEMP VIEW results AS SELECT {columns} FROM main.results")
-    nothing = ", ".join(f"NULL AS {name}" for name in _COLUMNS_OF_TASKS)
-    connection.execute(f"CREATE TEMP VIEW tasks AS SELECT {nothing} WHERE 0")
 
 
 @contextmanager
@@ -317,10 +331,10 @@ def read_store(folder: Path) -> Iterator[sqlite3.Connection]:
     try:
         connection.execute("SELECT COUNT(*) FROM points")
         _verify(connection, path)
-        if not {"point", "configuration", "status"} <= set(_columns_of(connection, "results")):
+        if not {"point", "configuration", "status"} <= set(columns_of(connection, "results")):
             raise InputError(f"{path}: was written by another version of designer")
-        if _has_other_columns(connection):
-            _see_as_this_version(connection)
+        if has_other_columns(connection):
+            see_as_this_version(connection)
         yield connection
     except sqlite3.DatabaseError as error:
         raise damaged_store(path, error) from None
@@ -340,7 +354,9 @@ def _verify(connection: sqlite3.Connection, path: Path) -> None:
     try:
         if not is_plan_whole(connection):
             raise damaged_store(path, "its plan is not as it was written")
-        damaged = damaged_tasks(connection, _columns_of(connection, "results"))
+        if is_truncated(path):  # seen from within a transaction, during which nobody writes
+            raise damaged_store(path, _TRUNCATED)
+        damaged = damaged_tasks(connection, columns_of(connection, "results"))
         damage = structural_damage(connection, with_indices=False) if damaged else ""
     finally:
         connection.rollback()

@@ -15,7 +15,8 @@ from designer.requirement import Requirement, requirement_from_json
 from designer.study.columns import typed
 from designer.study.ranking import best_first, ranking_columns
 from designer.study.sweep.definition import requirement_at
-from designer.study.sweep.store import FILE_NAME, RESULT_COLUMNS, read_store
+from designer.study.sweep.layout import RESULT_COLUMNS
+from designer.study.sweep.store import FILE_NAME, read_store
 
 RESULTS, WINNERS = "results", "winners"
 ASKED = "asked."
@@ -38,7 +39,11 @@ def read_sweep_results(folder: Path) -> pd.DataFrame:
             number: json.loads(text)
             for number, text in connection.execute("SELECT point, coordinates FROM points ORDER BY point")
         }
-        rows = connection.execute(f"SELECT point, {', '.join(RESULT_COLUMNS)} FROM results").fetchall()
+        # With MAX, SQLite takes the other columns from the same row: what the latest round has found.
+        found = connection.execute(
+            f"SELECT point, {', '.join(RESULT_COLUMNS)}, MAX(round) FROM results GROUP BY point, configuration"
+        )
+        rows = [row[:-1] for row in found]
         base = requirement_of(folder)
     frame = pd.DataFrame(rows, columns=["point", *RESULT_COLUMNS])
     order = {configuration.name: place for place, configuration in enumerate(base.configurations)}

@@ -15,7 +15,7 @@ _TEMPLATE = """\
 requirement = {requirement}  # relative to this file
 plan = "grid"  # or "latin_hypercube", with points = 100 and axes of low and high only
 
-# Each point starts from its neighbour's designs. start is where the search begins: choose the loosest value.
+# Each point starts from its neighbours' designs. start is where the search begins: the loosest value saves time.
 [[axis]]
 key = "envelope.height_mm"
 values = [{heights}]

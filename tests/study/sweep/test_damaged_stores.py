@@ -58,11 +58,11 @@ def test_a_flipped_bit_never_gives_another_table(seed, quick_sweep, damaged, und
 @pytest.mark.parametrize(
     "damage",
     [
-        "UPDATE results SET height_mm = height_mm + 1 WHERE point = 4",
+        "UPDATE results SET height_mm = height_mm + 1 WHERE point = 4 AND round = 0",
         "UPDATE results SET configuration = 'folded-PaPa-Hy-upper_innes' WHERE rowid = 5",
-        "UPDATE tasks SET warm_starts = replace(warm_starts, '1', '2') WHERE point = 4",
+        "UPDATE tasks SET warm_starts = replace(warm_starts, '1', '2') WHERE point = 4 AND round = 0",
         "DELETE FROM results WHERE rowid = 5",
-        "DELETE FROM tasks WHERE point = 4",
+        "DELETE FROM tasks WHERE point = 4 AND round = 0",
         "UPDATE results SET reason = CAST(x'ff00' AS TEXT) WHERE rowid = 5",
     ],
 )

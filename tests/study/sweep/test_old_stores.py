@@ -29,9 +29,13 @@ def as_version_0_1_left_it(folder):
     """Take the layout of a store back."""
     forget_checksums(folder)
     with sqlite3.connect(folder / FILE_NAME) as connection:
+        # Without rounds, and so without a key that names them.
+        connection.execute("CREATE TABLE latest AS SELECT *, MAX(round) FROM results GROUP BY point, configuration")
+        connection.execute("DROP TABLE results")
+        connection.execute("ALTER TABLE latest RENAME TO results")
         known = [name for _, name, *_ in connection.execute("PRAGMA table_info(results)")]
         for name in set(known) - {"point", *COLUMNS_THEN}:
-            connection.execute(f"ALTER TABLE results DROP COLUMN {name}")
+            connection.execute(f'ALTER TABLE results DROP COLUMN "{name}"')
         connection.execute("ALTER TABLE results ADD COLUMN multipliers TEXT")
         connection.execute("ALTER TABLE tasks RENAME COLUMN warm_starts TO trails")
 

@@ -23,9 +23,9 @@ class Interruption(Exception):
     pass
 
 
-def interrupt_after(tasks):
+def interrupt_after(tasks, number=0):
     def progress(state):
-        if state.done >= tasks:
+        if state.round == number and state.done >= tasks:
             raise Interruption
 
     return progress
@@ -42,14 +42,15 @@ def test_sweep_finds_designs_and_ranks_them(undisturbed):
 
 def test_resumed_equals_undisturbed_and_finished_is_not_computed_twice(quick_sweep, tmp_path, undisturbed):
     definition, base = read_sweep(quick_sweep)
-    for tasks in (1, 4):
+    for stop in ((1, 0), (4, 0), (2, 1), (5, 1)):
         with pytest.raises(Interruption):
-            run_sweep(definition, base, tmp_path / "out", progress=interrupt_after(tasks))
+            run_sweep(definition, base, tmp_path / "out", progress=interrupt_after(*stop))
     solved = []
-    run_sweep(definition, base, tmp_path / "out", progress=lambda state: solved.append(state.done))
-    assert solved == [5, 6, 7, 8, 9]
-    run_sweep(definition, base, tmp_path / "out", progress=lambda state: solved.append(state.done))
-    assert solved == [5, 6, 7, 8, 9]
+    run_sweep(definition, base, tmp_path / "out", progress=lambda state: solved.append((state.round, state.done)))
+    assert solved[:4] == [(1, 6), (1, 7), (1, 8), (1, 9)]
+    count = len(solved)
+    run_sweep(definition, base, tmp_path / "out", progress=lambda state: solved.append(state))
+    assert len(solved) == count
     pd.testing.assert_frame_equal(read_sweep_results(tmp_path / "out"), undisturbed, check_exact=True)
 
 
@@ -68,7 +69,7 @@ def test_full_disk_gives_one_clear_line_and_leaves_the_store_whole(quick_sweep, 
             run_sweep(definition, base, tmp_path / "out")
     with connect(tmp_path / "out" / FILE_NAME) as connection:
         assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
-        tasks = connection.execute("SELECT COUNT(*) FROM tasks").fetchone()[0]
+        tasks = connection.execute("SELECT COUNT(*) FROM tasks WHERE round = 0").fetchone()[0]
         assert connection.execute("SELECT COUNT(*) FROM results").fetchone()[0] == 2 * tasks
     assert 1 <= tasks < 9
     run_sweep(definition, base, tmp_path / "out")
@@ -152,4 +153,5 @@ def test_killed_again_and_again_and_resumed_equals_undisturbed(quick_sweep, tmp_
     subprocess.run(arguments, check=True)
     pd.testing.assert_frame_equal(read_sweep_results(tmp_path / "out"), undisturbed, check_exact=True)
     with sqlite3.connect(tmp_path / "out" / FILE_NAME) as connection:
-        assert connection.execute("SELECT COUNT(*), COUNT(DISTINCT point) FROM tasks").fetchone() == (9, 9)
+        counts = "SELECT COUNT(*), COUNT(DISTINCT point) FROM tasks WHERE round = 0"
+        assert connection.execute(counts).fetchone() == (9, 9)
