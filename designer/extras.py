@@ -16,6 +16,7 @@ MODULES = {
     "cluster": ("distributed",),
     "compiled": ("numba",),
     "dxf": ("ezdxf",),
+    "drawing": ("typst",),
     "notebooks": ("plotly",),
     "parquet": ("pyarrow",),
 }

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from designer.design import Design
+from designer.export.drawing.sheets import drawing_sheets
 from designer.export.dxf import dxf_drawing
 from designer.export.optiland import optiland_files
 from designer.export.povray import povray_scene
@@ -31,10 +32,10 @@ class ExportFormat:
     suffix
         How the file's name ends, with its dot.
     one_file_for
-        What has a file of its own: each mirror or each view, in a folder, or the whole design.
+        What has a file of its own: each mirror, each view or each sheet, in a folder, or the whole design.
     contents
-        The text of each file, by the name of its mirror, its view or the design's configuration. Raises InputError
-        for a design that the format cannot hold, with the reason.
+        The text or bytes of each file, by the name of its mirror, its view, its sheet or the design's configuration.
+        Raises InputError for a design that the format cannot hold, with the reason.
     leaves_out
         What the format has no place for in any design, and is therefore not in the files.
     extra
@@ -44,8 +45,8 @@ class ExportFormat:
 
     description: str
     suffix: str
-    one_file_for: Literal["mirror", "view", "design"]
-    contents: Callable[[Design], Mapping[str, str]]
+    one_file_for: Literal["mirror", "view", "sheet", "design"]
+    contents: Callable[[Design], Mapping[str, str | bytes]]
     leaves_out: str
     extra: str | None = None
 
@@ -93,6 +94,14 @@ EXPORTS: dict[str, ExportFormat] = {
         contents=dxf_drawing,
         leaves_out="the camera and the light",
         extra="dxf",
+    ),
+    "drawing": ExportFormat(
+        description="dimensioned drawing sheets of each mirror and of the assembly, in the style of ISO 10110",
+        suffix=".pdf",
+        one_file_for="sheet",
+        contents=drawing_sheets,
+        leaves_out="tolerances and what holds the mirrors, which the sheets leave to be agreed",
+        extra="drawing",
     ),
 }
 """Every format by its name on the command line."""
@@ -168,7 +177,7 @@ def check_target(name: str, target: Path) -> None:
         raise InputError(f"{target}: is a file; {name} needs a folder, for a file of each {chosen.one_file_for}")
 
 
-def _check_names(chosen: ExportFormat, contents: Mapping[str, str]) -> None:
+def _check_names(chosen: ExportFormat, contents: Mapping[str, str | bytes]) -> None:
     """Names come from the design file: none may lead out of the folder, nor two to one file on any system."""
     for part in contents:
         if not _FILE_NAME.fullmatch(part):
