@@ -14,6 +14,7 @@ from designer.export.dxf import dxf_drawing
 from designer.export.optiland import optiland_files
 from designer.export.povray import povray_scene
 from designer.export.sag import sag_tables
+from designer.export.stl import stl_solids
 from designer.export.zmx import zmx_files
 from designer.extras import require_extra
 from designer.files import InputError, write_atomically
@@ -94,6 +95,13 @@ EXPORTS: dict[str, ExportFormat] = {
         contents=dxf_drawing,
         leaves_out="the camera and the light",
         extra="dxf",
+    ),
+    "stl": ExportFormat(
+        description="solids of the mirrors as triangles, within 1 µm of the conics, in their places",
+        suffix=".stl",
+        one_file_for="mirror",
+        contents=stl_solids,
+        leaves_out="the camera, the light and what holds the mirrors",
     ),
     "drawing": ExportFormat(
         description="dimensioned drawing sheets of each mirror and of the assembly, in the style of ISO 10110",

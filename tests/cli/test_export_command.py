@@ -18,6 +18,7 @@ FILES = {
     "sag": {"secondary.csv", "primary.csv", "direct.csv"},
     "zmx": {"upper.zmx", "lower.zmx"},
     "optiland": {"upper.json", "lower.json"},
+    "stl": {"secondary.stl", "primary.stl", "direct.stl"},
     "drawing": {"secondary.pdf", "primary.pdf", "direct.pdf", "assembly.pdf"},
 }
 
