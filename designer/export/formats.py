@@ -14,6 +14,7 @@ from designer.export.dxf import dxf_drawing
 from designer.export.optiland import optiland_files
 from designer.export.povray import povray_scene
 from designer.export.sag import sag_tables
+from designer.export.step import step_solids
 from designer.export.stl import stl_solids
 from designer.export.zmx import zmx_files
 from designer.extras import require_extra
@@ -102,6 +103,14 @@ EXPORTS: dict[str, ExportFormat] = {
         one_file_for="mirror",
         contents=stl_solids,
         leaves_out="the camera, the light and what holds the mirrors",
+    ),
+    "step": ExportFormat(
+        description="solids of the mirrors for CAD, with exact surfaces, in their places",
+        suffix=".step",
+        one_file_for="mirror",
+        contents=step_solids,
+        leaves_out="the camera, the light and what holds the mirrors",
+        extra="step",
     ),
     "drawing": ExportFormat(
         description="dimensioned drawing sheets of each mirror and of the assembly, in the style of ISO 10110",
