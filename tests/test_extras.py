@@ -79,6 +79,7 @@ def test_a_study_without_checks_and_pdf_needs_no_extra(tmp_path):
         (["sweep", str(ROOT / "configs" / "sweeps" / "lens_and_baseline.toml")], "report"),
         (["export", str(DESIGN), "--to", "dxf", "-o", "mirrors.dxf"], "dxf"),
         (["export", str(DESIGN), "--to", "drawing", "-o", "sheets"], "drawing"),
+        (["order", str(DESIGN), "-o", "order"], "drawing"),
         (["export", str(DESIGN), "--to", "step", "-o", "solids"], "step"),
     ],
     ids=lambda value: " ".join(value[:1]) if isinstance(value, list) else value,

@@ -15,6 +15,7 @@ from designer.cli.compare import compare
 from designer.cli.designs import evaluate, trace
 from designer.cli.export import export
 from designer.cli.listing import configurations
+from designer.cli.order import order
 from designer.cli.render import render
 from designer.cli.requirement import init
 from designer.cli.stereo import stereo
@@ -56,7 +57,21 @@ def cli() -> None:
     """Design single-camera catadioptric stereo systems: 44 configurations, optimised, traced, ranked."""
 
 
-for command in (study, configurations, trace, evaluate, init, report, render, stereo, check, export, sweep, compare):
+for command in (
+    study,
+    configurations,
+    trace,
+    evaluate,
+    init,
+    report,
+    render,
+    stereo,
+    check,
+    export,
+    order,
+    sweep,
+    compare,
+):
     cli.add_command(command)
 
 

@@ -162,18 +162,30 @@ def export_design(design: Design, name: str, target: Path) -> tuple[Path, ...]:
     """
     check_target(name, target)
     chosen = export_format(name)
-    contents = chosen.contents(design)
     if chosen.one_file_for == "design":
-        files = dict.fromkeys([target], *contents.values())
+        files = dict.fromkeys([target], *chosen.contents(design).values())
     else:
-        _check_names(chosen, contents)
-        files = {target / f"{part}{chosen.suffix}": text for part, text in contents.items()}
+        files = {target / file: content for file, content in exported_files(design, name).items()}
         for path in files:
             if path.is_dir():
                 raise InputError(f"{path}: is a folder; a file of this name is to be written")
-    for path, text in files.items():
-        write_atomically(path, text)
+    for path, content in files.items():
+        write_atomically(path, content)
     return tuple(files)
+
+
+def exported_files(design: Design, name: str) -> dict[str, str | bytes]:
+    """What a format makes of a design, by names of files that are safe to write into one folder.
+
+    Raises
+    ------
+    InputError
+        There is no such format, it cannot hold the design, or a part's name cannot name a file.
+    """
+    chosen = export_format(name)
+    contents = chosen.contents(design)
+    _check_names(chosen, contents)
+    return {f"{part}{chosen.suffix}": content for part, content in contents.items()}
 
 
 def check_target(name: str, target: Path) -> None:
