@@ -16,10 +16,14 @@ MODULES = {
     "cluster": ("distributed",),
     "compiled": ("numba",),
     "dxf": ("ezdxf",),
+    "drawing": ("typst",),
     "notebooks": ("plotly",),
     "parquet": ("pyarrow",),
+    "step": ("OCP",),
 }
 """The modules that each extra brings, by its name."""
+PACKAGES = {"step": "cadquery-ocp-novtk"}
+"""What is too large for an extra, 380 MB: a dependency group of ``pyproject.toml``, installed by its package's name."""
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -47,7 +51,8 @@ def require_extra(extra: str, purpose: str, otherwise: str = "") -> None:
     """
     if not is_installed(extra):
         hint = f"; {otherwise}" if otherwise else ""
-        raise InputError(f"{purpose} needs more: pip install 'catadioptric-designer[{extra}]'{hint}")
+        package = PACKAGES.get(extra, f"'catadioptric-designer[{extra}]'")
+        raise InputError(f"{purpose} needs more: pip install {package}{hint}")
 
 
 def needs(extra: str) -> Callable[[Callable[Arguments, Result]], Callable[Arguments, Result]]:

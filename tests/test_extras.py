@@ -10,11 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from designer.extras import MODULES
+from designer.extras import MODULES, PACKAGES
 
 ROOT = Path(__file__).parents[1]
 DESIGN = ROOT / "tests" / "data" / "folded_hypl_hy.json"
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT, GROUPS = PYPROJECT["project"], PYPROJECT["dependency-groups"]
 
 # Nothing that an extra brings can be found or imported.
 CORE_ONLY = f"""
@@ -44,7 +45,9 @@ def run(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 def test_every_extra_of_the_project_has_its_modules():
-    assert set(MODULES) == set(PROJECT["optional-dependencies"]) - {"dev"}
+    assert set(MODULES) == (set(PROJECT["optional-dependencies"]) - {"dev"}) | set(PACKAGES)
+    for group, package in PACKAGES.items():
+        assert any(line.startswith(f"{package}>=") for line in GROUPS[group])
 
 
 def test_a_study_without_checks_and_pdf_needs_no_extra(tmp_path):
@@ -75,6 +78,9 @@ def test_a_study_without_checks_and_pdf_needs_no_extra(tmp_path):
         (["stereo", str(DESIGN), "raw.png", "-o", "found"], "imaging"),
         (["sweep", str(ROOT / "configs" / "sweeps" / "lens_and_baseline.toml")], "report"),
         (["export", str(DESIGN), "--to", "dxf", "-o", "mirrors.dxf"], "dxf"),
+        (["export", str(DESIGN), "--to", "drawing", "-o", "sheets"], "drawing"),
+        (["order", str(DESIGN), "-o", "order"], "drawing"),
+        (["export", str(DESIGN), "--to", "step", "-o", "solids"], "step"),
     ],
     ids=lambda value: " ".join(value[:1]) if isinstance(value, list) else value,
 )
@@ -83,5 +89,5 @@ def test_what_needs_an_extra_says_which_before_any_work(arguments, extra, tmp_pa
     assert ended.returncode == 2
     assert ended.stdout == ""
     assert ended.stderr.count("\n") == 1
-    assert f"pip install 'catadioptric-designer[{extra}]'" in ended.stderr
+    assert f"pip install {PACKAGES.get(extra, repr(f'catadioptric-designer[{extra}]'))}" in ended.stderr
     assert list(tmp_path.iterdir()) == []

@@ -13,7 +13,7 @@ Examples
 44
 """
 
-from designer.api.designs import Evaluation, evaluate, export, read_design, trace, trace_rays, write_design
+from designer.api.designs import Evaluation, evaluate, export, order, read_design, trace, trace_rays, write_design
 from designer.api.drawings import (
     Drawing,
     draw_cross_section,
@@ -88,6 +88,7 @@ __all__ = [
     "export",
     "find_center",
     "multipliers",
+    "order",
     "placement",
     "point_cloud",
     "read_design",

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from designer.design import Design
     from designer.evaluate.focus_table import FocusTable
     from designer.evaluate.score import Score
+    from designer.export.order.package import Order
     from designer.trace.sequential import SequentialTrace
     from designer.verify.verdict import Verdict
 
@@ -124,6 +125,25 @@ def export(design: Design, to: str, path: str | Path) -> tuple[Path, ...]:
     from designer.export.formats import export_design
 
     return export_design(design, to, Path(path))
+
+
+def order(design: Design, folder: str | Path) -> Order:
+    """Write all that a workshop needs of a design into one folder, as ``designer order`` does.
+
+    Returns
+    -------
+    Order
+        ``folder``, ``files``, ``left_out`` (a reason for each format that is not there) and ``problems`` (why the ray
+        tracer rejects the design; empty if it accepts it).
+
+    Raises
+    ------
+    InputError
+        The folder holds something else, or the design cannot be drawn.
+    """
+    from designer.export.order.package import write_order
+
+    return write_order(design, Path(folder))
 
 
 def evaluate(design: Design) -> Evaluation:

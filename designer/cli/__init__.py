@@ -15,6 +15,7 @@ from designer.cli.compare import compare
 from designer.cli.designs import evaluate, trace
 from designer.cli.export import export
 from designer.cli.listing import configurations
+from designer.cli.order import order
 from designer.cli.render import render
 from designer.cli.requirement import init
 from designer.cli.stereo import stereo
@@ -68,6 +69,7 @@ for command in (
     stereo,
     check,
     export,
+    order,
     sweep,
     compare,
     tolerance,

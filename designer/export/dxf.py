@@ -1,71 +1,24 @@
 """Half-profiles of the mirrors as a drawing (``.dxf``) for CAD: exact conics, in mm, to be revolved about the axis.
 
-The drawing's x is the distance from the axis, its y the height above the pinhole. An arc of a conic is exactly a
-rational Bezier curve of degree 2: its middle control point is where the tangents at its ends meet, and the weight of
-that point says which conic through these it is. With Q(p, p') = c (r r' + (1 + K) z z') - z - z', z measured from the
-vertex, whose zero at p = p' is the conic, that point P1 has Q(P0, P1) = Q(P2, P1) = 0, and the points
-P0 + 2 w t P1 + t^2 P2 lie on the conic if w^2 = -Q(P0, P2) / (2 Q(P1, P1)).
+The drawing's x is the distance from the axis, its y the height above the pinhole.
 """
 
 from __future__ import annotations
 
 import io
-import math
 import re
-from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from designer.design import Design, Mirror
+from designer.export.conic_arc import profile_arc
 from designer.files import InputError
 from designer.trace.instrument import sag
-
-Point = tuple[float, float]
 
 # What every CAD program takes in the name of a layer.
 _LAYER_NAME = re.compile(r"[A-Za-z0-9_. -]{1,100}")
 # A drawing's own tolerance is some 1e-10 of its size.
 LARGEST_MM = 1e6
 _TEXT_HEIGHT_MM = 2.5
-
-
-@dataclass(frozen=True, slots=True)
-class ConicArc:
-    """A rational Bezier curve of degree 2: three control points (r, z) in mm, the middle one of weight ``weight``."""
-
-    points: tuple[Point, Point, Point]
-    weight: float
-
-
-def profile_arc(mirror: Mirror) -> ConicArc:
-    """The half-profile of a face from its inner to its outer rim; a plane's is straight, of weight 1.
-
-    Raises
-    ------
-    InputError
-        Rounding leaves no curve between the rims.
-    """
-    inner, outer = mirror.inner_radius_mm, mirror.outer_radius_mm
-    if mirror.radius_mm is None:
-        middle = (inner + outer) / 2.0
-        return ConicArc(((inner, mirror.vertex_mm), (middle, mirror.vertex_mm), (outer, mirror.vertex_mm)), weight=1.0)
-    curvature = 1.0 / mirror.radius_mm
-    squared = curvature * (1.0 + mirror.conic)
-    low, high = float(sag(mirror, inner)), float(sag(mirror, outer))
-    with np.errstate(all="ignore"):
-        tangents = np.array([[curvature * inner, squared * low - 1.0], [curvature * outer, squared * high - 1.0]])
-        try:
-            middle, height = np.linalg.solve(tangents, [low, high])
-        except np.linalg.LinAlgError:
-            middle = height = math.nan
-        across = curvature * inner * outer + squared * low * high - low - high
-        own = curvature * middle**2 + squared * height**2 - 2.0 * height
-        weight = float(np.sqrt(-across / (2.0 * own)))
-    if not (math.isfinite(weight) and weight > 0.0 and inner <= middle <= outer):
-        raise InputError(f"mirror {mirror.name}: its profile is too flat or too steep to be drawn as a conic")
-    ends = ((inner, mirror.vertex_mm + low), (outer, mirror.vertex_mm + high))
-    return ConicArc((ends[0], (float(middle), mirror.vertex_mm + float(height)), ends[1]), weight)
 
 
 def dxf_drawing(design: Design) -> dict[str, str]:

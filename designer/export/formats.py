@@ -9,10 +9,13 @@ from pathlib import Path
 from typing import Literal
 
 from designer.design import Design
+from designer.export.drawing.sheets import drawing_sheets
 from designer.export.dxf import dxf_drawing
 from designer.export.optiland import optiland_files
 from designer.export.povray import povray_scene
 from designer.export.sag import sag_tables
+from designer.export.step import step_solids
+from designer.export.stl import stl_solids
 from designer.export.zmx import zmx_files
 from designer.extras import require_extra
 from designer.files import InputError, write_atomically
@@ -31,10 +34,10 @@ class ExportFormat:
     suffix
         How the file's name ends, with its dot.
     one_file_for
-        What has a file of its own: each mirror or each view, in a folder, or the whole design.
+        What has a file of its own: each mirror, each view or each sheet, in a folder, or the whole design.
     contents
-        The text of each file, by the name of its mirror, its view or the design's configuration. Raises InputError
-        for a design that the format cannot hold, with the reason.
+        The text or bytes of each file, by the name of its mirror, its view, its sheet or the design's configuration.
+        Raises InputError for a design that the format cannot hold, with the reason.
     leaves_out
         What the format has no place for in any design, and is therefore not in the files.
     extra
@@ -44,8 +47,8 @@ class ExportFormat:
 
     description: str
     suffix: str
-    one_file_for: Literal["mirror", "view", "design"]
-    contents: Callable[[Design], Mapping[str, str]]
+    one_file_for: Literal["mirror", "view", "sheet", "design"]
+    contents: Callable[[Design], Mapping[str, str | bytes]]
     leaves_out: str
     extra: str | None = None
 
@@ -94,6 +97,29 @@ EXPORTS: dict[str, ExportFormat] = {
         leaves_out="the camera and the light",
         extra="dxf",
     ),
+    "stl": ExportFormat(
+        description="solids of the mirrors as triangles, within 1 µm of the conics, in their places",
+        suffix=".stl",
+        one_file_for="mirror",
+        contents=stl_solids,
+        leaves_out="the camera, the light and what holds the mirrors",
+    ),
+    "step": ExportFormat(
+        description="solids of the mirrors for CAD, with exact surfaces, in their places",
+        suffix=".step",
+        one_file_for="mirror",
+        contents=step_solids,
+        leaves_out="the camera, the light and what holds the mirrors",
+        extra="step",
+    ),
+    "drawing": ExportFormat(
+        description="dimensioned drawing sheets of each mirror and of the assembly, in the style of ISO 10110",
+        suffix=".pdf",
+        one_file_for="sheet",
+        contents=drawing_sheets,
+        leaves_out="tolerances and what holds the mirrors, which the sheets leave to be agreed",
+        extra="drawing",
+    ),
 }
 """Every format by its name on the command line."""
 
@@ -136,18 +162,30 @@ def export_design(design: Design, name: str, target: Path) -> tuple[Path, ...]:
     """
     check_target(name, target)
     chosen = export_format(name)
-    contents = chosen.contents(design)
     if chosen.one_file_for == "design":
-        files = dict.fromkeys([target], *contents.values())
+        files = dict.fromkeys([target], *chosen.contents(design).values())
     else:
-        _check_names(chosen, contents)
-        files = {target / f"{part}{chosen.suffix}": text for part, text in contents.items()}
+        files = {target / file: content for file, content in exported_files(design, name).items()}
         for path in files:
             if path.is_dir():
                 raise InputError(f"{path}: is a folder; a file of this name is to be written")
-    for path, text in files.items():
-        write_atomically(path, text)
+    for path, content in files.items():
+        write_atomically(path, content)
     return tuple(files)
+
+
+def exported_files(design: Design, name: str) -> dict[str, str | bytes]:
+    """What a format makes of a design, by names of files that are safe to write into one folder.
+
+    Raises
+    ------
+    InputError
+        There is no such format, it cannot hold the design, or a part's name cannot name a file.
+    """
+    chosen = export_format(name)
+    contents = chosen.contents(design)
+    _check_names(chosen, contents)
+    return {f"{part}{chosen.suffix}": content for part, content in contents.items()}
 
 
 def check_target(name: str, target: Path) -> None:
@@ -168,7 +206,7 @@ def check_target(name: str, target: Path) -> None:
         raise InputError(f"{target}: is a file; {name} needs a folder, for a file of each {chosen.one_file_for}")
 
 
-def _check_names(chosen: ExportFormat, contents: Mapping[str, str]) -> None:
+def _check_names(chosen: ExportFormat, contents: Mapping[str, str | bytes]) -> None:
     """Names come from the design file: none may lead out of the folder, nor two to one file on any system."""
     for part in contents:
         if not _FILE_NAME.fullmatch(part):

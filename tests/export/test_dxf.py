@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from designer.design import Mirror
-from designer.export.dxf import dxf_drawing, profile_arc
+from designer.export.conic_arc import profile_arc
+from designer.export.dxf import dxf_drawing
 from designer.files import InputError
 from support.studied_designs import NAMES, studied_design
 

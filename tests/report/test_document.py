@@ -24,13 +24,13 @@ from designer.report.content.tables import excluded, fabrication, ranking
 from designer.report.document import draw_figures, write_pdf
 from designer.report.figures import registry
 from designer.report.figures.registry import PAGE_PANEL, Drawing, ReportFigure
-from designer.report.typst.glyphs import missing_characters
-from designer.report.typst.markup import cell, typographic
 from designer.report.typst.pdf import typeset
 from designer.requirement import set_key
 from designer.study.folder import read_study
 from designer.study.manifest import settle
 from designer.study.study import LensRow
+from designer.typesetting.glyphs import missing_characters
+from designer.typesetting.markup import cell, typographic
 
 SQUARE = b'<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><rect width="9" height="9"/></svg>'
 

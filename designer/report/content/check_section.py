@@ -5,9 +5,9 @@ from __future__ import annotations
 from designer.report.content.tables import percent
 from designer.report.figures.registry import CHECK_BOTTOM, CHECK_TOP, CHECK_WIDE, check_figures
 from designer.report.figures.style import length_unit
-from designer.report.typst.markup import DASH, call, cells, literal, number, text, typographic
 from designer.study.checked import CheckedBand, CheckedDesign, CheckedNoise, CheckVerdict
 from designer.study.row import Row
+from designer.typesetting.markup import DASH, call, cells, literal, number, text, typographic
 
 
 def check_heading(definition: str) -> str:

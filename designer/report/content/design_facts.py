@@ -9,8 +9,8 @@ from designer.evaluate.through_focus import blur_limit_deg
 from designer.report.content.lens import depth_of_field_words
 from designer.report.content.requirement import projection_facts
 from designer.report.content.tables import percent, percent_decimals
-from designer.report.typst.markup import DASH, number, plain_number, typographic
 from designer.study.row import Row
+from designer.typesetting.markup import DASH, number, plain_number, typographic
 
 Groups = list[tuple[str, list[tuple[str, str]]]]
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from designer.report.content.sections import Drawings, source
-from designer.report.typst.glyphs import ELLIPSIS, missing_characters, without_characters
 from designer.study.study import Study
+from designer.typesetting.glyphs import ELLIPSIS, missing_characters, without_characters
 
 
 def legible_source(study: Study, drawings: Drawings) -> tuple[str, str]:

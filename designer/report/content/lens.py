@@ -9,8 +9,8 @@ from designer.design import VIEW_NAMES, Design
 from designer.evaluate.focus import focus_score
 from designer.evaluate.through_focus import blur_limit_deg, depth_of_field_of_design
 from designer.report.figures.style import length_unit
-from designer.report.typst.markup import number, plain_number, text
 from designer.requirement.camera import Lens
+from designer.typesetting.markup import number, plain_number, text
 
 
 def lens_sentences(design: Design) -> str:

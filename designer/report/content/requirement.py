@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from designer.goals import GOALS
-from designer.report.typst.markup import literal, plain_number, text, value_range
 from designer.requirement import PREDICTED, Requirement
 from designer.requirement.camera import Camera, Lens
 from designer.requirement.fixed import Fixed
@@ -13,6 +12,7 @@ from designer.requirement.model import Objective
 from designer.requirement.notes import notes_on
 from designer.requirement.part import Part
 from designer.requirement.quantity import NumberOrWord, Quantity
+from designer.typesetting.markup import literal, plain_number, text, value_range
 
 Facts = list[tuple[str, str]]
 SYMBOLS = {"degrees": "°", "pixels": "px", "percent": "%"}

@@ -38,11 +38,11 @@ from designer.report.figures.registry import (
     design_figures,
     study_figures,
 )
-from designer.report.typst.markup import call, cells, literal, number, plain_number, text, typographic
 from designer.requirement import PREDICTED
 from designer.study.ranking import tolerance_in_words
 from designer.study.row import Row
 from designer.study.study import Study
+from designer.typesetting.markup import call, cells, literal, number, plain_number, text, typographic
 
 FIRST_ORDER_WORDS = f"{100 * FIRST_ORDER_BOUND:g} %"
 

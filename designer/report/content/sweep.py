@@ -13,11 +13,11 @@ from designer.goals import GOALS
 from designer.optimise.multipliers import F_NUMBER
 from designer.report.figures.sweep import letters_of, short
 from designer.report.figures.sweep_registry import HOW_GOOD, PARETO, SWEEP_FIGURES, WHO_WINS, SweepTables
-from designer.report.typst.glyphs import ELLIPSIS, missing_characters, without_characters
-from designer.report.typst.markup import DASH, call, cells, literal, number, text
 from designer.study.sweep.designs import sensitivities
 from designer.study.sweep.store import read_store
 from designer.study.sweep.tables import axis_columns, requirement_of
+from designer.typesetting.glyphs import ELLIPSIS, missing_characters, without_characters
+from designer.typesetting.markup import DASH, call, cells, literal, number, text
 
 LISTED_WINNERS = 15
 # Multipliers are shown for so many winners, spread over the sweep.

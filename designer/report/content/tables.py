@@ -7,9 +7,9 @@ from collections.abc import Iterable
 
 from designer.design import Design
 from designer.evaluate.fabrication import mirror_shape
-from designer.report.typst.markup import DASH, call, cell, cells, literal, number, text, typographic
 from designer.study.row import Row
 from designer.study.study import LensRow
+from designer.typesetting.markup import DASH, call, cell, cells, literal, number, text, typographic
 
 # Joins the constraints of a reason that are equally violated.
 _EQUALLY = "; equally, "

@@ -9,11 +9,11 @@ from designer.evaluate.score import recorded_fabrication_notes
 from designer.goals import GOALS
 from designer.report.content.lens import lens_sentences
 from designer.report.content.tables import percent
-from designer.report.typst.markup import literal, number, plain_number, text, typographic
 from designer.requirement import PREDICTED
 from designer.study.ranking import tied_with_best, ties_in_words, tolerance_in_words
 from designer.study.row import Row
 from designer.study.study import Study
+from designer.typesetting.markup import literal, number, plain_number, text, typographic
 
 
 def configuration_in_words(name: str) -> str:

@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 from designer.design import Design, ViewName
 from designer.evaluate.focus import ViewFocus, focus_of_design
 from designer.report.figures.style import INK, VIEW_COLOUR, new_figure
-from designer.report.typst.markup import plain_number
+from designer.typesetting.markup import plain_number
 
 ELEVATIONS = 121
 

@@ -20,8 +20,8 @@ from designer.imaging.endtoend.bands import LARGEST_ERROR_RATIO, LEAST_ERROR_RAT
 from designer.imaging.endtoend.noise import robust_deviation
 from designer.imaging.stereo.cloud import heights_at_every_distance
 from designer.report.figures.style import BLUE, INK, LIGHT_GREY, VERMILLION, length_unit, new_figure
-from designer.report.typst.markup import number
 from designer.study.checked import CheckedDesign
+from designer.typesetting.markup import number
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]

@@ -11,7 +11,8 @@ from matplotlib.patches import Polygon
 
 from designer.design import VIEW_NAMES, Design, Mirror, ViewName
 from designer.evaluate.fabrication import size_of
-from designer.report.figures.outline import (
+from designer.report.figures.style import GREY, HALO, INK, LIGHT_GREY, VIEW_COLOUR, VIEW_LINE, new_figure
+from designer.trace.outline import (
     SIDES,
     body_box,
     face,
@@ -20,7 +21,6 @@ from designer.report.figures.outline import (
     lens_box,
     substrate,
 )
-from designer.report.figures.style import GREY, HALO, INK, LIGHT_GREY, VIEW_COLOUR, VIEW_LINE, new_figure
 
 SCALES = (0.5, 0.75, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 20.0, 30.0, 50.0)
 """Reductions 1 : n in which drawings are made, the first that fits."""

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from plotly import graph_objects
 
 from designer.design import Design
-from designer.report.figures.outline import SIDES, body_box, face, leaving_rays, lens_box, substrate
 from designer.report.figures.style import GREY, INK, LIGHT_GREY, VIEW_COLOUR
 from designer.report.figures.sweep import short
 from designer.study.sweep.tables import axis_columns
+from designer.trace.outline import SIDES, body_box, face, leaving_rays, lens_box, substrate
 
 Lines = NDArray[np.float64]
 """Polylines (n, 2) of signed distance from the axis and height, mm; a row of NaN stands between one and the next."""

@@ -14,9 +14,9 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
 from designer.report.figures.style import BLUE, GREY, HALO, INK, SERIES, VERMILLION, new_figure
-from designer.report.typst.markup import DASH
 from designer.study.row import Row
 from designer.study.study import ParetoRow
+from designer.typesetting.markup import DASH
 
 AXIS_LABEL = {
     "height_mm": "height of the mirror system (mm)",

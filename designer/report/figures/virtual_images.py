@@ -17,7 +17,7 @@ from designer.evaluate.through_focus import blur_limit_deg, sharpest_focus
 from designer.optics.focus import blur_in_scene, light_path_of_design
 from designer.optics.view import image_radius
 from designer.report.figures.style import GREY, INK, VIEW_COLOUR, new_figure
-from designer.report.typst.markup import plain_number
+from designer.typesetting.markup import plain_number
 
 ELEVATIONS = 81
 FARTHEST_MM = 2000.0

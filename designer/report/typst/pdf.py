@@ -1,12 +1,11 @@
-"""From Typst source to PDF."""
+"""From a report's Typst source to PDF."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib import resources
-from typing import Any
 
-import typst
+from designer.typesetting.pdf import compile_pdf
 
 
 def typeset(source: str, figures: Mapping[str, bytes]) -> bytes:
@@ -14,8 +13,4 @@ def typeset(source: str, figures: Mapping[str, bytes]) -> bytes:
     texts = resources.files("designer.report.typst")
     files = {name: texts.joinpath(name).read_bytes() for name in ("style.typ", "method.typ")}
     files |= {f"figures/{name}": svg for name, svg in figures.items()}
-    files["main.typ"] = source.encode("utf-8")
-    # The stubs do not know that the input may be a dict of virtual files.
-    compile_files: Any = typst.compile
-    pdf: bytes = compile_files(files, format="pdf", ignore_system_fonts=True, font_paths=[], pdf_tags=False)
-    return pdf
+    return compile_pdf(source, files)

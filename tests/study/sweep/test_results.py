@@ -21,12 +21,12 @@ from designer.report.content import sweep as sweep_report
 from designer.report.figures.sweep import draw_heat_map, draw_winner_map, letters_of, short
 from designer.report.figures.sweep_registry import tables_of
 from designer.report.sweep_document import write_sweep_pdf
-from designer.report.typst.glyphs import missing_characters
 from designer.requirement import set_key
 from designer.study.columns import SWEPT_COLUMNS
 from designer.study.compare import compare
 from designer.study.sweep.store import FILE_NAME
 from designer.study.sweep.tables import pareto, read_sweep_results, requirement_of
+from designer.typesetting.glyphs import missing_characters
 from designer.verify.judge import judge
 from support.sweep_stores import accept_edited_plan, forget_checksums
 

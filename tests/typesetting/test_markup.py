@@ -9,7 +9,7 @@ import typst
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from designer.report.typst.markup import cell, literal, number, plain_number, value_range
+from designer.typesetting.markup import cell, literal, number, plain_number, value_range
 
 
 def _through_typst(markup: str) -> Any:

@@ -1,0 +1,83 @@
+"""What the sheet of the assembly says in words and numbers."""
+
+from __future__ import annotations
+
+from designer.design import Design
+from designer.evaluate.fabrication import size_of
+from designer.export.drawing.fields import OPEN, Groups, exactly
+from designer.files import shortened
+from designer.typesetting.markup import cell, number
+
+_DRAWN = {"upper": "blue, solid, to the right", "lower": "red, dashed, to the left"}
+
+
+def vertex_table(design: Design) -> str:
+    """Heights from what a person can touch, as Typst; those from the pinhole stand in the drawing."""
+    camera = design.camera
+    rows = "".join(
+        "".join(
+            f"{cell(value)}, "
+            for value in (
+                f"V{index} {mirror.name}, faces {mirror.faces}",
+                number(mirror.vertex_mm - camera.lens_front_mm, 3),
+                number(mirror.vertex_mm - camera.lens_seat_mm, 3),
+            )
+        )
+        for index, mirror in enumerate(design.mirrors, 1)
+    )
+    return f"#heights(({rows}))\n"
+
+
+def assembly_groups(design: Design) -> Groups:
+    """The fields below that table."""
+    return [
+        ("In full, in mm above the pinhole, for programs; the drawing is rounded", _in_full(design)),
+        ("Views", _views(design)),
+        ("Camera and lens", _camera(design)),
+        ("Notes", _notes(design)),
+    ]
+
+
+def _in_full(design: Design) -> list[tuple[str, str]]:
+    return [(f"vertex of {mirror.name}", exactly(mirror.vertex_mm)) for mirror in design.mirrors]
+
+
+def _views(design: Design) -> list[tuple[str, str]]:
+    rows: list[tuple[str, str]] = []
+    for name, view in design.views.by_name.items():
+        low, high = (number(elevation, 2) for elevation in view.elevation_deg)
+        words = f"{low}° to {high}° in elevation, over {' and '.join(view.path)}, {view.zone} zone of the image"
+        rows.append((name, f"{words}; {_DRAWN[name]}"))
+    return rows
+
+
+def _camera(design: Design) -> list[tuple[str, str]]:
+    camera = design.camera
+    focus = "infinity" if camera.focus_distance_mm is None else f"{number(camera.focus_distance_mm, 2)} mm"
+    named = camera.model_extra or {}
+    return [
+        *(
+            (kind, shortened(str(named[key]), 110))
+            for kind, key in (("camera", "name"), ("lens", "lens"))
+            if key in named
+        ),
+        ("sensor", f"{camera.width_px} × {camera.height_px} px of {1000.0 * camera.pixel_pitch_mm:g} µm"),
+        ("principal distance", f"{exactly(camera.focal_length_mm)} mm"),
+        ("focus, f-number", f"{focus} from the pinhole, f/{number(camera.f_number, 2)}"),
+    ]
+
+
+def _notes(design: Design) -> list[tuple[str, str]]:
+    lowest = "lens front" if float(size_of(design).bottom) == design.camera.lens_front_mm else "lowest edge"
+    return [
+        ("pinhole", "centre of the lens's entrance pupil: origin of all heights, on the axis; not to be touched"),
+        ("lens seat", "plane in which the barrel meets the camera's front (its flange)"),
+        ("overall height", f"from the {lowest} to the highest edge of a mirror"),
+        (
+            "signs",
+            "on a mirror's sheet right is up for a mirror that faces down, and down for one that faces up; where up is "
+            "positive, the radius of the latter has the other sign",
+        ),
+        ("what holds them", f"{OPEN}: not part of the design"),
+        ("tolerances", f"of position and tilt {OPEN}: no as-built budget of this design exists yet"),
+    ]

@@ -1,0 +1,93 @@
+"""The sheets of a design: a PDF for each mirror and one for the assembly, the same bytes for the same design."""
+
+from __future__ import annotations
+
+import hashlib
+from importlib import resources
+
+from designer import __version__
+from designer.design import Design, Mirror, design_to_json
+from designer.export.drawing.assembly import assembly_drawing
+from designer.export.drawing.assembly_fields import assembly_groups, vertex_table
+from designer.export.drawing.fields import fields
+from designer.export.drawing.mirror_fields import mirror_groups
+from designer.export.drawing.paper import Drawn, scale_words
+from designer.export.drawing.section import section_of
+from designer.files import InputError, shortened
+from designer.trace.instrument import sag
+from designer.typesetting.markup import literal
+
+ASSEMBLY = "assembly"
+LARGEST_MM, SMALLEST_MM = 1e5, 1e-2
+
+
+def drawing_sheets(design: Design) -> dict[str, bytes]:
+    """Every sheet as PDF, by the name of its mirror; last the assembly.
+
+    Raises
+    ------
+    InputError
+        A mirror cannot be drawn.
+    """
+    from designer.typesetting.glyphs import missing_characters, without_characters
+    from designer.typesetting.pdf import compile_pdf
+
+    style = resources.files("designer.export.drawing").joinpath("sheet.typ").read_bytes()
+    sheets = {}
+    for name, source in sheet_sources(design).items():
+        missing = missing_characters(source)
+        sheets[name] = compile_pdf(without_characters(source, missing), {"sheet.typ": style})
+    return sheets
+
+
+def sheet_sources(design: Design) -> dict[str, str]:
+    """The Typst source of every sheet, by its name."""
+    for mirror in design.mirrors:
+        _check(mirror)
+    count = len(design.mirrors) + 1
+    sources = {}
+    for index, mirror in enumerate(design.mirrors, 1):
+        sources[mirror.name] = _sheet(
+            design,
+            f"{mirror.name} mirror",
+            f"{index} of {count}",
+            section_of(design, mirror.name),
+            fields(mirror_groups(design, mirror.name)),
+        )
+    tables = vertex_table(design) + fields(assembly_groups(design))
+    sources[ASSEMBLY] = _sheet(design, ASSEMBLY, f"{count} of {count}", assembly_drawing(design), tables)
+    return sources
+
+
+def design_digest(design: Design) -> str:
+    """SHA-256 of a design's file as the designer writes it, in hexadecimal digits."""
+    return hashlib.sha256(design_to_json(design).encode("utf-8")).hexdigest()
+
+
+def _check(mirror: Mirror) -> None:
+    if mirror.name.lower() == ASSEMBLY:
+        raise InputError(f"mirror {mirror.name!r}: the sheet of the assembly has this name; give the mirror another")
+    rim = abs(float(sag(mirror, mirror.outer_radius_mm)))
+    largest = max(abs(mirror.vertex_mm), mirror.outer_radius_mm, mirror.thickness_mm, rim)
+    if not (mirror.outer_radius_mm >= SMALLEST_MM and largest <= LARGEST_MM):
+        raise InputError(
+            f"mirror {mirror.name}: cannot be drawn; its size and height must be between {SMALLEST_MM:g} and "
+            f"{LARGEST_MM:g} mm"
+        )
+
+
+def _sheet(design: Design, part: str, number: str, drawn: Drawn, body: str) -> str:
+    """One sheet's source."""
+    named = {
+        "part": literal(shortened(part, 40)),
+        "configuration": literal(shortened(design.configuration, 40)),
+        "variant": literal(shortened(design.variant, 160) or "–"),
+        "scale": literal(scale_words(drawn.scale)),
+        "number": literal(number),
+        "provenance": literal(f"catadioptric-designer {__version__}"),
+        "digest": literal(design_digest(design)),
+        "drawing-width": f"{drawn.width_mm}mm",
+        "drawing": f"[\n{drawn.source}]",
+    }
+    arguments = ",\n  ".join(f"{name}: {value}" for name, value in named.items())
+    return f'#import "sheet.typ": *\n#show: sheet.with(\n  {arguments},\n)\n{body}'

@@ -1,0 +1,85 @@
+"""The folder of an order: it appears whole, and replaces nothing but an earlier order that nobody has changed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from designer.files import InputError, read_text
+
+LIST = "order.json"
+"""The names of an order's files with their SHA-256: by it an order is known, and known to be unchanged."""
+_MOST_NAMED = 5
+
+
+def check_order_folder(folder: Path) -> None:
+    """Refuse a folder that holds anything but an order as it was written.
+
+    Raises
+    ------
+    InputError
+        It is a file, or holds something else: one line says what.
+    """
+    if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
+        raise InputError(f"{folder}: is no folder; an order needs one of its own")
+    if not folder.is_dir():
+        return
+    listed = _listed(folder / LIST)
+    found = sorted(path for path in folder.rglob("*") if path.is_symlink() or not path.is_dir())
+    others = [
+        name
+        for path in found
+        if (name := path.relative_to(folder).as_posix()) != LIST and not _is_own(path, name, listed)
+    ]
+    if others:
+        named = ", ".join(others[:_MOST_NAMED]) + (f" and {len(others) - _MOST_NAMED} others" if others[5:] else "")
+        raise InputError(f"{folder}: {named}: not written by an order, or changed since; use another folder")
+
+
+def write_order_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
+    """Write all files beside the folder, then put them in its place.
+
+    Raises
+    ------
+    InputError
+        The folder holds something else, see :func:`check_order_folder`.
+    """
+    contents = {name: text.encode("utf-8") if isinstance(text, str) else text for name, text in files.items()}
+    sums = {name: hashlib.sha256(content).hexdigest() for name, content in sorted(contents.items())}
+    contents[LIST] = (json.dumps({"order": 1, "files": sums}, indent=2) + "\n").encode("utf-8")
+    folder = folder.absolute()
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.") as beside:
+        new, old = Path(beside) / "new", Path(beside) / "old"
+        for name, content in contents.items():
+            path = new / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+        check_order_folder(folder)
+        if folder.exists():
+            folder.rename(old)
+        try:
+            new.rename(folder)
+        except BaseException:
+            if old.exists() and not folder.exists():
+                shutil.move(old, folder)
+            raise
+
+
+def _listed(path: Path) -> dict[str, object]:
+    """The files of an order; none where there is no such list."""
+    if not path.is_file():
+        return {}
+    try:
+        content = json.loads(read_text(path))
+        return dict(content["files"]) if content["order"] == 1 else {}
+    except (ValueError, TypeError, KeyError, RecursionError):
+        raise InputError(f"{path}: is damaged; use another folder") from None
+
+
+def _is_own(path: Path, name: str, listed: Mapping[str, object]) -> bool:
+    return not path.is_symlink() and listed.get(name) == hashlib.sha256(path.read_bytes()).hexdigest()

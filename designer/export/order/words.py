@@ -1,0 +1,94 @@
+"""What an order says in words: its README and its parts list."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Mapping, Sequence
+
+from designer import __version__
+from designer.design import Design
+from designer.evaluate.coatings import ALUMINIUM_6061, COATINGS
+from designer.evaluate.fabrication import mirror_shape
+from designer.evaluate.fabrication_notes import fabrication_notes_on
+from designer.export.drawing.sheets import ASSEMBLY, design_digest
+from designer.export.formats import EXPORTS
+
+_OPEN = (
+    "Tolerances of surface form, roughness, imperfections, centring and dimensions: no as-built budget of this design "
+    "exists yet. Agree them with the workshop before ordering.",
+    "Tolerances of each mirror's place and tilt.",
+    "What holds the mirrors: seats, screws, tube or struts. The solids are faces with their backs, and nothing else.",
+    "Edges: chamfers outside the clear aperture.",
+)
+
+
+def parts_list(design: Design) -> str:
+    """The parts as comma-separated values; masses in grams, of the mirrors alone."""
+    table = io.StringIO()
+    rows = csv.writer(table, lineterminator="\n")
+    rows.writerow(["part", "quantity", "material", "coating", "mass_g", "drawing"])
+    for mirror in design.mirrors:
+        mass = mirror_shape(design, mirror.name).mass_g
+        material = f"{ALUMINIUM_6061.name}, {ALUMINIUM_6061.process}"
+        drawing = f"drawing/{mirror.name}{EXPORTS['drawing'].suffix}"
+        rows.writerow([f"{mirror.name} mirror", 1, material, COATINGS[0].name, f"{mass:.2f}", drawing])
+    named = design.camera.model_extra or {}
+    for kind, key in (("camera", "name"), ("lens", "lens")):
+        if key in named:
+            rows.writerow([f"{kind}: {' '.join(str(named[key]).split())}", 1, "", "", "", ""])
+    rows.writerow([ASSEMBLY, 1, "", "", "", f"drawing/{ASSEMBLY}{EXPORTS['drawing'].suffix}"])
+    return table.getvalue()
+
+
+def read_me(design: Design, formats: Sequence[str], left_out: Mapping[str, str], problems: Sequence[str]) -> str:
+    """The README of an order, in Markdown."""
+    configuration = " ".join(design.configuration.split())
+    first, *others = COATINGS
+    choices = ", ".join(f"{coating.name} ({100 * coating.reflectivity:g} %, {coating.reason})" for coating in others)
+    sections = [
+        f"# {configuration}",
+        "Single-camera catadioptric stereo head: "
+        + ", ".join(f"{mirror.name} mirror" for mirror in design.mirrors)
+        + f". Written by catadioptric-designer {__version__} from a design with the SHA-256 {design_digest(design)}. "
+        "All lengths in mm, heights above the pinhole (the centre of the lens's entrance pupil).",
+        *_verdict(problems),
+        "## What is in this folder",
+        _bullets(
+            [
+                "`parts.csv`: the parts, with material, coating, mass and drawing",
+                "`design.json`: the design itself, for the designer",
+                *(f"`{name}/`: {EXPORTS[name].description}; without {EXPORTS[name].leaves_out}" for name in formats),
+                "`order.json`: the files with their SHA-256",
+            ]
+        ),
+        "For a quotation send `drawing/`, `sag/` and the solids. Where files disagree, the drawing counts.",
+        *(
+            ["## What is not in this folder", _bullets(f"`{name}`: {why}" for name, why in left_out.items())]
+            if left_out
+            else []
+        ),
+        "## What is not specified yet",
+        _bullets(_OPEN),
+        "## Material and coating",
+        f"Unless you decide otherwise: {ALUMINIUM_6061.name}, {ALUMINIUM_6061.process}, with {first.name} "
+        f"(reflects at least {100 * first.reflectivity:g} % in the visible, {first.reason}). Others: {choices}. A "
+        "study counts with `[light] mirror_reflectivity`, 0.88 by default: set it to what you order.",
+        *_notes(design),
+    ]
+    return "\n\n".join(sections) + "\n"
+
+
+def _verdict(problems: Sequence[str]) -> list[str]:
+    if not problems:
+        return ["The independent ray tracer accepts this design."]
+    return ["**The independent ray tracer rejects this design. Do not order it as it is:**", _bullets(problems)]
+
+
+def _notes(design: Design) -> list[str]:
+    notes = fabrication_notes_on(design)
+    return ["## Before ordering mirrors", _bullets(notes)] if notes else []
+
+
+def _bullets(sentences: Iterable[str]) -> str:
+    return "\n".join(f"- {' '.join(sentence.split())}" for sentence in sentences)

@@ -1,0 +1,135 @@
+"""Solids of the mirrors as triangles (binary ``.stl``), in mm, each in its place above the pinhole.
+
+The face, its back shifted along the axis, the outer edge and the hole close the solid. The corners of the triangles lie
+on the conic; between them the triangles depart from it by less than a micrometre. Two neighbouring rings of corners and
+two neighbouring meridians make a plane trapezoid. It departs from the surface by no more than the height of the
+profile over its chord and that of the outer circle over its own, together.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from designer.design import Design, Mirror
+from designer.export.conic_arc import ConicArc, height_over_chord_mm, profile_arc, split
+from designer.files import InputError
+from designer.trace.instrument import sag
+
+CHORD_ERROR_MM = 1e-3
+"""Largest distance of the triangles from the solid that they stand for; they keep a tenth of it in reserve."""
+_ALONG_MM, _AROUND_MM = 0.4 * CHORD_ERROR_MM, 0.5 * CHORD_ERROR_MM
+_MOST_TRIANGLES = 4_000_000
+_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """Triangles that close a solid, seen from outside counterclockwise.
+
+    ``corners_mm`` are points (n, 3), ``triangles`` their indices (m, 3).
+    """
+
+    corners_mm: NDArray[np.float64]
+    triangles: NDArray[np.intp]
+
+
+def stl_solids(design: Design) -> dict[str, bytes]:
+    """The solid of each mirror of a design, by the mirror's name.
+
+    Raises
+    ------
+    InputError
+        A mirror has no thickness, or is too large or too steep for triangles of this accuracy.
+    """
+    return {mirror.name: _binary(mirror_mesh(mirror)) for mirror in design.mirrors}
+
+
+def mirror_mesh(mirror: Mirror) -> Mesh:
+    """A mirror's solid as triangles.
+
+    Raises
+    ------
+    InputError
+        The mirror has no thickness, or is too large or too steep for triangles of this accuracy.
+    """
+    if mirror.thickness_mm == 0.0:
+        raise InputError(f"mirror {mirror.name}: has no thickness, so it is no solid")
+    meridians = _meridians(mirror)
+    most = _MOST_TRIANGLES / (4 * meridians)
+    radii = _radii(mirror, most)
+    if radii.size > most:
+        raise InputError(
+            f"mirror {mirror.name}: too large or too steep for triangles within {1000 * CHORD_ERROR_MM:g} µm of it "
+            f"(more than {_MOST_TRIANGLES} of them)"
+        )
+    heights = mirror.vertex_mm + sag(mirror, radii)
+    # Around the section, the solid on its left: with radius along the lower surface, back along the upper one.
+    lower, upper = sorted((0.0, mirror.back_offset_mm))
+    section = np.concatenate(
+        [np.column_stack([radii, heights + lower]), np.column_stack([radii, heights + upper])[::-1]]
+    )
+    return _revolved(section, meridians)
+
+
+def _meridians(mirror: Mirror) -> int:
+    """How many meridians keep the outer circle close enough to its chords."""
+    share = min(_AROUND_MM / mirror.outer_radius_mm, 0.5)
+    return max(16, math.ceil(math.pi / math.acos(1.0 - share)))
+
+
+def _radii(mirror: Mirror, most: float) -> NDArray[np.float64]:
+    """Radii of the rings, inner to outer rim, so close that the profile stays close to its chords.
+
+    Halving ends early, with more than ``most`` of them, where that takes too many.
+    """
+    waiting: list[ConicArc] = [profile_arc(mirror)]
+    found = [mirror.inner_radius_mm]
+    while waiting and len(found) <= most:
+        arc = waiting.pop()
+        if height_over_chord_mm(arc) <= _ALONG_MM:
+            found.append(arc.points[2][0])
+        else:
+            first, second = split(arc)
+            waiting += [second, first]
+    return np.array([*found[:-1], mirror.outer_radius_mm])
+
+
+def _revolved(section: NDArray[np.float64], meridians: int) -> Mesh:
+    """A closed section (k, 2) of radius and height, turned about the axis; points on the axis stay single."""
+    angles = 2.0 * np.pi * np.arange(meridians) / meridians
+    on_axis = section[:, 0] == 0.0
+    # Corner number of each point of the section on each meridian.
+    counts = np.where(on_axis, 1, meridians)
+    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    rings = [
+        np.array([[0.0, 0.0, z]])
+        if axis
+        else np.column_stack([r * np.cos(angles), r * np.sin(angles), np.full(meridians, z)])
+        for (r, z), axis in zip(section, on_axis, strict=True)
+    ]
+    here, ahead = np.arange(meridians), (np.arange(meridians) + 1) % meridians
+    found = []
+    for first in range(len(section)):
+        second = (first + 1) % len(section)
+        a, b = (starts[i] + (0 * here if on_axis[i] else here) for i in (first, second))
+        c, d = (starts[i] + (0 * here if on_axis[i] else ahead) for i in (second, first))
+        if not on_axis[second]:
+            found.append(np.column_stack([a, c, b]))
+        if not on_axis[first]:
+            found.append(np.column_stack([a, d, c]))
+    return Mesh(np.concatenate(rings), np.concatenate(found))
+
+
+def _binary(mesh: Mesh) -> bytes:
+    """The file: 80 bytes of words, the number of triangles, and each with its normal."""
+    corners = mesh.corners_mm[mesh.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    rows = np.zeros(len(corners), _TRIANGLE)
+    rows["normal"], rows["corners"] = normals, corners
+    words = f"lengths in mm, within {1000 * CHORD_ERROR_MM:g} um of the conic; z above the pinhole"
+    return words.encode("ascii").ljust(80) + np.uint32(len(rows)).tobytes() + rows.tobytes()

@@ -1,0 +1,1 @@
+"""Pages from Typst source: pieces of markup, the characters that its fonts have, and PDF bytes."""
