@@ -20,6 +20,7 @@ from designer.cli.requirement import init
 from designer.cli.stereo import stereo
 from designer.cli.study import report, study
 from designer.cli.sweep import sweep
+from designer.cli.view import view
 from designer.files import InputError
 
 INPUT_ERROR, FAILURE, INTERRUPTED, TERMINATED = 2, 1, 130, 143
@@ -56,7 +57,21 @@ def cli() -> None:
     """Design single-camera catadioptric stereo systems: 44 configurations, optimised, traced, ranked."""
 
 
-for command in (study, configurations, trace, evaluate, init, report, render, stereo, check, export, sweep, compare):
+for command in (
+    study,
+    configurations,
+    trace,
+    evaluate,
+    init,
+    report,
+    view,
+    render,
+    stereo,
+    check,
+    export,
+    sweep,
+    compare,
+):
     cli.add_command(command)
 
 
