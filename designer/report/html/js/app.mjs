@@ -1,8 +1,10 @@
 // Puts the page together from the data in it.
 
 import { element, typographic } from "./format.mjs";
+import { buildRays } from "./rays.mjs";
 import { change, state, whenChanged } from "./state.mjs";
 import { buildTable } from "./table.mjs";
+import { buildTrade } from "./trade.mjs";
 
 const data = JSON.parse(document.getElementById("payload").textContent);
 
@@ -35,6 +37,8 @@ function start() {
   whenChanged((changed) => {
     if (changed.has("selected")) markRow();
   });
+  buildTrade(data);
+  buildRays(data);
   const asked = decodeURIComponent(location.hash.replace(/^#design=/, ""));
   change({
     selected: data.designs[asked] ? asked : (names[0] ?? data.rows[0]?.configuration ?? null),

@@ -143,9 +143,7 @@ export function drawnAxis(design, frame) {
     const up = name === "upper" ? -1 : 1;
     const corners = `${atX - 5},${atY - up * 4} ${atX + 5},${atY - up * 4} ${atX},${atY + up * 6}`;
     parts.push(shape("polygon", { points: corners, fill: COLOUR[name] }));
-    parts.push(
-      shape("text", { x: atX + 9, y: atY + 4, "font-size": 12, class: "halo" }, name === "upper" ? "upper viewpoint" : "lower viewpoint"),
-    );
+    parts.push(shape("text", { x: atX - 9, y: atY + 4, "font-size": 12, "text-anchor": "end", class: "halo" }, `${name} viewpoint`));
   }
   return shape("g", {}, ...parts);
 }
