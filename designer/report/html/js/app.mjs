@@ -2,6 +2,7 @@
 
 import { element, typographic } from "./format.mjs";
 import { buildRays } from "./rays.mjs";
+import { buildRig } from "./rig.mjs";
 import { change, state, whenChanged } from "./state.mjs";
 import { buildTable } from "./table.mjs";
 import { buildTrade } from "./trade.mjs";
@@ -39,6 +40,7 @@ function start() {
   });
   buildTrade(data);
   buildRays(data);
+  buildRig(data);
   const asked = decodeURIComponent(location.hash.replace(/^#design=/, ""));
   change({
     selected: data.designs[asked] ? asked : (names[0] ?? data.rows[0]?.configuration ?? null),

@@ -86,6 +86,18 @@ export function roundTicks(low, high, wanted) {
   return ticks.map((value) => [value, fixed(value, decimals)]);
 }
 
+/** Round values 1, 2, 5 of every power of ten within a range above zero. */
+export function roundPowers(low, high) {
+  const ticks = [];
+  for (let power = Math.floor(Math.log10(low)); power <= Math.log10(high); power += 1) {
+    for (const digit of [1, 2, 5]) {
+      const value = Number(`${digit}e${power}`);
+      if (value >= low && value <= high) ticks.push([value, fixed(value, Math.max(-power, 0))]);
+    }
+  }
+  return ticks;
+}
+
 /** A labelled control. */
 export function labelled(text, control) {
   return element("label", {}, text, control);

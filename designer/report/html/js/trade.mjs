@@ -1,6 +1,6 @@
 // Any two figures of merit of the feasible designs against each other, with the Pareto fronts where they apply.
 
-import { choice, decimalsOf, element, fixed, headingOf, labelled, roundTicks, shape, valueOf } from "./format.mjs";
+import { choice, decimalsOf, element, fixed, headingOf, labelled, roundPowers, roundTicks, shape, valueOf } from "./format.mjs";
 import { onResize } from "./rays.mjs";
 import { change, state, whenChanged } from "./state.mjs";
 
@@ -11,6 +11,8 @@ const AXES = [
 const SERIES = [["#0072b2", null], ["#d55e00", "7 3"], ["#00795a", "7 3 2 3"], ["#b0588c", "2 3"], ["#8a6100", "12 4"]];
 // Beyond this many times a front's least error its points say only that the end is near.
 const FRONT_SPAN = 2;
+// From this ratio of the largest value to the least an axis is logarithmic.
+const WIDE = 6;
 const MARGIN = { left: 66, right: 20, top: 14, bottom: 48 };
 
 /** Build the plot and its controls. */
@@ -62,6 +64,23 @@ export function frontsOn(x, y, data) {
   });
 }
 
+/** From values to places on paper: a span with room around it, logarithmic where the values differ widely. */
+function scaleOf(values, from, end, wanted) {
+  const [least, most] = [Math.min(...values), Math.max(...values)];
+  const isWide = least > 0 && most > WIDE * least;
+  const bend = isWide ? Math.log : (value) => value;
+  // Near-ties differ by the solver's noise: never zoom in until that looks like a trade.
+  const room = isWide ? 0.06 * Math.log(most / least) : Math.max(0.1 * (most - least), 0.02 * Math.abs(most), 1e-9);
+  const [low, high] = [bend(least) - room, bend(most) + room];
+  const ticks = isWide ? roundPowers(Math.exp(low), Math.exp(high)) : roundTicks(low, high, wanted);
+  return {
+    to: (value) => from + ((bend(value) - low) / (high - low)) * (end - from),
+    holds: (value) => bend(value) >= low && bend(value) <= high,
+    ticks,
+    note: isWide ? ", logarithmic" : "",
+  };
+}
+
 function drawTrade(place, shown, data) {
   const { rows, columns, envelope } = data;
   const { x, y } = shown;
@@ -69,35 +88,30 @@ function drawTrade(place, shown, data) {
     .map((row) => ({ row, at: [valueOf(row, x, columns), valueOf(row, y, columns)] }))
     .filter(({ at }) => at[0] !== null && at[1] !== null);
   const lines = shown.fronts ? frontsOn(x, y, data) : [];
-  const width = Math.min(Math.max(place.clientWidth, 300), 900);
+  const width = Math.min(Math.max(place.clientWidth, 300), 1240);
   const height = Math.round(Math.min(520, Math.max(320, 0.6 * width)));
   const all = [...points.map(({ at }) => at), ...lines.flatMap(({ line }) => line)];
-  const spans = [0, 1].map((axis) => {
-    const values = all.map((at) => at[axis]);
-    const [low, high] = [Math.min(...values), Math.max(...values)];
-    // Near-ties differ by the solver's noise: never zoom in until that looks like a trade.
-    const room = Math.max(0.1 * (high - low), 0.02 * Math.abs(high), 1e-9);
-    return [low - room, high + room];
-  });
+  const scales = [
+    scaleOf(all.map((at) => at[0]), MARGIN.left, width - MARGIN.right, width < 500 ? 4 : 7),
+    scaleOf(all.map((at) => at[1]), height - MARGIN.bottom, MARGIN.top, 6),
+  ];
+  const [{ to: toX }, { to: toY }] = scales;
   const tips = element("div", { class: "tip", hidden: true });
-  const scale = (axis, from, to) => (value) => from + ((value - spans[axis][0]) / (spans[axis][1] - spans[axis][0])) * (to - from);
-  const toX = scale(0, MARGIN.left, width - MARGIN.right);
-  const toY = scale(1, height - MARGIN.bottom, MARGIN.top);
   const parts = [];
-  for (const [value, text] of roundTicks(...spans[0], width < 500 ? 4 : 7)) {
+  for (const [value, text] of scales[0].ticks) {
     parts.push(shape("path", { d: `M${toX(value)} ${MARGIN.top}V${height - MARGIN.bottom}`, stroke: "#e4e4e4" }));
     parts.push(shape("text", { x: toX(value), y: height - MARGIN.bottom + 17, "font-size": 12, "text-anchor": "middle" }, text));
   }
-  for (const [value, text] of roundTicks(...spans[1], 6)) {
+  for (const [value, text] of scales[1].ticks) {
     parts.push(shape("path", { d: `M${MARGIN.left} ${toY(value)}H${width - MARGIN.right}`, stroke: "#e4e4e4" }));
     parts.push(shape("text", { x: MARGIN.left - 7, y: toY(value) + 4, "font-size": 12, "text-anchor": "end" }, text));
   }
   const corner = `M${MARGIN.left} ${MARGIN.top}V${height - MARGIN.bottom}H${width - MARGIN.right}`;
   parts.push(shape("path", { d: corner, stroke: "#1a1a1a", fill: "none" }));
   const middle = (MARGIN.top + height - MARGIN.bottom) / 2;
-  parts.push(shape("text", { x: (MARGIN.left + width - MARGIN.right) / 2, y: height - 8, "font-size": 13, "text-anchor": "middle" }, headingOf(columns[x])));
-  parts.push(shape("text", { transform: `translate(15 ${middle}) rotate(-90)`, "font-size": 13, "text-anchor": "middle" }, headingOf(columns[y])));
-  parts.push(...boundary(envelope, x, y, spans, toX, toY, width, height));
+  parts.push(shape("text", { x: (MARGIN.left + width - MARGIN.right) / 2, y: height - 8, "font-size": 13, "text-anchor": "middle" }, headingOf(columns[x]) + scales[0].note));
+  parts.push(shape("text", { transform: `translate(15 ${middle}) rotate(-90)`, "font-size": 13, "text-anchor": "middle" }, headingOf(columns[y]) + scales[1].note));
+  parts.push(...boundary(envelope, x, y, scales, width, height));
   for (const { line, style } of lines) {
     const d = line.map(([a, b], index) => `${index ? "L" : "M"}${toX(a).toFixed(1)} ${toY(b).toFixed(1)}`).join("");
     parts.push(shape("path", { d, fill: "none", stroke: style[0], "stroke-width": 1.8, "stroke-dasharray": style[1] }));
@@ -116,17 +130,17 @@ function drawTrade(place, shown, data) {
 }
 
 /** The envelope as a line, where one of the axes has one within reach. */
-function boundary(envelope, x, y, spans, toX, toY, width, height) {
+function boundary(envelope, x, y, scales, width, height) {
   const parts = [];
   const style = { stroke: "#1a1a1a", "stroke-dasharray": "6 4" };
   const text = { "font-size": 11.5, class: "halo" };
-  if (envelope[x] && envelope[x] <= spans[0][1] && envelope[x] >= spans[0][0]) {
-    const at = toX(envelope[x]);
+  if (envelope[x] && scales[0].holds(envelope[x])) {
+    const at = scales[0].to(envelope[x]);
     parts.push(shape("path", { d: `M${at} ${MARGIN.top}V${height - MARGIN.bottom}`, ...style }));
     parts.push(shape("text", { ...text, x: at - 4, y: MARGIN.top + 11, "text-anchor": "end" }, "envelope"));
   }
-  if (envelope[y] && envelope[y] <= spans[1][1] && envelope[y] >= spans[1][0]) {
-    const at = toY(envelope[y]);
+  if (envelope[y] && scales[1].holds(envelope[y])) {
+    const at = scales[1].to(envelope[y]);
     parts.push(shape("path", { d: `M${MARGIN.left} ${at}H${width - MARGIN.right}`, ...style }));
     parts.push(shape("text", { ...text, x: MARGIN.left + 6, y: at - 5 }, "envelope"));
   }
@@ -141,7 +155,7 @@ function mark(row, [cx, cy], at, { x, y }, columns, tips, place) {
     row.family === "direct"
       ? shape("circle", { cx, cy, r: 6.5, fill: "#fff", "fill-opacity": 0.01, stroke: "#0072b2", "stroke-width": 2 })
       : shape("rect", { x: cx - 5, y: cy - 5, width: 10, height: 10, fill: "#d55e00", "fill-opacity": 0.55, stroke: "#d55e00" });
-  const ring = name === state.selected ? shape("circle", { cx, cy, r: 11, fill: "none", stroke: "#1a1a1a", "stroke-width": 2.2 }) : null;
+  const ring = name === state.selected ? shape("circle", { cx, cy, r: 9.5, fill: "none", stroke: "#1a1a1a", "stroke-width": 2.2 }) : null;
   const show = () => {
     tips.textContent = words;
     tips.hidden = false;
@@ -211,6 +225,6 @@ function legend(points, lines) {
       .filter(([count]) => count)
       .map(([count, family, drawing]) => entry(drawing, `${family} (${count}), with its rank`)),
     ...lines.map(({ name, style }) =>
-      entry(shape("path", { d: "M0 7H34", stroke: style[0], "stroke-width": 2, "stroke-dasharray": style[1] }), `least depth error within a smaller envelope, ${name}`)),
+      entry(shape("path", { d: "M0 7H34", stroke: style[0], "stroke-width": 2, "stroke-dasharray": style[1] }), `Pareto front of ${name}`)),
   );
 }
