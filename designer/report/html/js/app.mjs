@@ -1,5 +1,6 @@
 // Puts the page together from the data in it.
 
+import { buildCompare } from "./compare.mjs";
 import { element, typographic } from "./format.mjs";
 import { buildRays } from "./rays.mjs";
 import { buildRig } from "./rig.mjs";
@@ -41,6 +42,7 @@ function start() {
   buildTrade(data);
   buildRays(data);
   buildRig(data);
+  buildCompare(data);
   const asked = decodeURIComponent(location.hash.replace(/^#design=/, ""));
   change({
     selected: data.designs[asked] ? asked : (names[0] ?? data.rows[0]?.configuration ?? null),

@@ -9,7 +9,7 @@ import { change, scenePoint, state, whenChanged } from "./state.mjs";
 
 const NO_WEBGL = "This browser offers no WebGL, so the rig cannot be drawn in 3-D. Everything else on this page works without it.";
 const AROUND = 72;
-const FAN_AZIMUTHS = 10;
+const FAN_AZIMUTHS = 6;
 const TURN = 2 * Math.PI;
 
 /** Build the section; nothing is drawn before it comes into sight. */
