@@ -1,9 +1,9 @@
 // Two designs side by side, at the same scale and with the live ray of the same place in the working volume.
 
 import { extentOf } from "./drawing.mjs";
-import { choice, element, fixed, headingOf, labelled, shownValue, significant, valueOf } from "./format.mjs";
+import { choice, decimalsOf, element, fixed, headingOf, isWide, labelled, onResize, shownValue, valueOf, widthOf } from "./format.mjs";
 import { VIEWS, imagedPoint } from "./optics.mjs";
-import { onResize, optionText, raySection } from "./rays.mjs";
+import { optionText, raySection } from "./rays.mjs";
 import { pointInWords, prescription } from "./readings.mjs";
 import { change, scenePoint, state, whenChanged } from "./state.mjs";
 
@@ -32,7 +32,7 @@ export function buildCompare(data) {
     if (designs.some((design) => !design)) return;
     first.value = state.first;
     second.value = state.second;
-    const width = Math.round(place.clientWidth > 700 ? (place.clientWidth - 26) / 2 : place.clientWidth);
+    const width = Math.round(isWide(place) ? (widthOf(place) - 26) / 2 : widthOf(place));
     const extents = designs.map(extentOf);
     const common = {
       radius: Math.max(...extents.map((extent) => extent.radius)),
@@ -75,13 +75,15 @@ function rowsOf(data) {
   return COMPARED.filter((name) => rows.some((row) => row[name] !== undefined)).map((name) => {
     const values = rows.map((row) => valueOf(row, name, columns));
     const difference = values.some((value) => value === null) || name === "rank" ? null : values[1] - values[0];
-    return lineOf(headingOf(columns[name]), rows.map((row) => shownValue(row, name, columns)), difference);
+    const texts = rows.map((row) => shownValue(row, name, columns));
+    return comparedLine(headingOf(columns[name]), texts, difference, decimalsOf(name, columns[name]));
   });
 }
 
-function lineOf(label, texts, difference) {
+function comparedLine(label, texts, difference, decimals) {
   const cell = (text) => element("td", { class: "number" }, text);
-  const signed = difference === null ? "" : `${difference > 0 ? "+" : ""}${significant(difference)}`;
+  const shown = difference === null ? "" : fixed(difference, decimals);
+  const signed = difference > 0 && Number(difference.toFixed(decimals)) > 0 ? `+${shown}` : shown;
   return element("tr", {}, element("th", { scope: "row" }, label), ...texts.map(cell), cell(signed));
 }
 
@@ -92,7 +94,7 @@ function updatePair(designs, sections, readings) {
   sections.forEach((section, index) => section.update(found[index]));
   const row = (label, of, decimals) => {
     const values = found.map(of);
-    return lineOf(label, values.map((value) => fixed(value, decimals)), values.includes(null) ? null : values[1] - values[0]);
+    return comparedLine(label, values.map((value) => fixed(value, decimals)), values.includes(null) ? null : values[1] - values[0], decimals);
   };
   readings.replaceChildren(
     element("tr", {}, element("th", { scope: "row", colspan: 4 }, `at ${pointInWords(points[0])} (set above, at the live ray)`)),

@@ -143,7 +143,9 @@ export function drawnAxis(design, frame) {
     const up = name === "upper" ? -1 : 1;
     const corners = `${atX - 5},${atY - up * 4} ${atX + 5},${atY - up * 4} ${atX},${atY + up * 6}`;
     parts.push(shape("polygon", { points: corners, fill: COLOUR[name] }));
-    parts.push(shape("text", { x: atX - 9, y: atY + 4, "font-size": 12, "text-anchor": "end", class: "halo" }, `${name} viewpoint`));
+    // In the margin, with a line that leads there: on the axis are mirrors.
+    parts.push(shape("path", { d: `M6 ${atY}H${atX - 7}`, stroke: COLOUR[name], "stroke-width": 0.6, "stroke-dasharray": "1 4" }));
+    parts.push(shape("text", { x: 6, y: atY - 4, "font-size": 12, class: "halo" }, `${name} viewpoint`));
   }
   return shape("g", {}, ...parts);
 }

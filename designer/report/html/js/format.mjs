@@ -111,3 +111,34 @@ export function choice(options, chosen, changed) {
   }
   return select;
 }
+
+// What fits across a sheet of A4, in CSS pixels.
+const PAPER_WIDTH = 690;
+const WIDE_ENOUGH = 656;
+let isOnPaper = false;
+
+/** The width that a drawing has there, on screen or on paper. */
+export function widthOf(place) {
+  return isOnPaper ? PAPER_WIDTH : place.clientWidth;
+}
+
+/** Whether two drawings fit side by side; style.css has the same bound. */
+export function isWide(place) {
+  return widthOf(place) >= WIDE_ENOUGH;
+}
+
+/** Call a function when the width that an element offers has changed: on screen, or for paper and back. */
+export function onResize(place, changed) {
+  let width = place.clientWidth;
+  addEventListener("resize", () => {
+    if (place.clientWidth === width || !place.clientWidth) return;
+    width = place.clientWidth;
+    changed();
+  });
+  const turnTo = (paper) => () => {
+    isOnPaper = paper;
+    changed();
+  };
+  addEventListener("beforeprint", turnTo(true));
+  addEventListener("afterprint", turnTo(false));
+}

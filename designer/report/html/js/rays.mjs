@@ -3,7 +3,7 @@
 import {
   COLOUR, DASH, drawnAxis, drawnFans, drawnHardware, drawnImage, drawnRay, extentOf, frameOf, lineOf, scaleBar,
 } from "./drawing.mjs";
-import { choice, element, fixed, labelled, length, shape } from "./format.mjs";
+import { choice, element, fixed, isWide, labelled, length, onResize, shape, widthOf } from "./format.mjs";
 import { VIEWS, imagedPoint } from "./optics.mjs";
 import { cameraWords, pointInWords, prescription, readings } from "./readings.mjs";
 import { change, scenePoint, state, whenChanged } from "./state.mjs";
@@ -114,7 +114,6 @@ export function buildRays(data) {
   const elevation = slider("Elevation", "elevationShare", () => fixed((scenePoint(current()).elevation * 180) / Math.PI, 2, "°"));
   const distance = slider("Distance", "distanceShare", () => length(scenePoint(current()).distance));
   const views = [["both", "both"], ["upper", "upper"], ["lower", "lower"]];
-  controls.classList.add("printed");
   controls.append(
     labelled("Design", picker),
     elevation.control,
@@ -126,9 +125,9 @@ export function buildRays(data) {
 
   function build() {
     const design = current();
-    const wide = panels.clientWidth > 700;
-    const width = Math.round(wide ? panels.clientWidth * 0.58 : panels.clientWidth);
-    const side = Math.round(wide ? panels.clientWidth * 0.38 : panels.clientWidth);
+    const [left, right] = isWide(panels) ? [0.585, 0.39] : [1, 1];
+    const width = Math.round(widthOf(panels) * left);
+    const side = Math.round(widthOf(panels) * right);
     section = raySection(design, width);
     places = { width, side, readings: element("div"), image: element("div"), scene: element("div"), caption: element("figcaption") };
     panels.replaceChildren(
@@ -175,15 +174,4 @@ export function buildRays(data) {
 export function optionText(data, name) {
   const row = data.rows.find((each) => each.configuration === name);
   return row?.rank ? `${row.rank}  ${name}` : name;
-}
-
-/** Call a function when an element's width has changed. */
-export function onResize(place, changed) {
-  let width = place.clientWidth;
-  addEventListener("resize", () => {
-    if (place.clientWidth !== width && place.clientWidth > 0) {
-      width = place.clientWidth;
-      changed();
-    }
-  });
 }

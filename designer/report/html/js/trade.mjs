@@ -1,7 +1,6 @@
 // Any two figures of merit of the feasible designs against each other, with the Pareto fronts where they apply.
 
-import { choice, decimalsOf, element, fixed, headingOf, labelled, roundPowers, roundTicks, shape, valueOf } from "./format.mjs";
-import { onResize } from "./rays.mjs";
+import { choice, decimalsOf, element, fixed, headingOf, labelled, onResize, roundPowers, roundTicks, shape, valueOf, widthOf } from "./format.mjs";
 import { change, state, whenChanged } from "./state.mjs";
 
 const AXES = [
@@ -88,7 +87,7 @@ function drawTrade(place, shown, data) {
     .map((row) => ({ row, at: [valueOf(row, x, columns), valueOf(row, y, columns)] }))
     .filter(({ at }) => at[0] !== null && at[1] !== null);
   const lines = shown.fronts ? frontsOn(x, y, data) : [];
-  const width = Math.min(Math.max(place.clientWidth, 300), 1240);
+  const width = Math.max(widthOf(place), 300);
   const height = Math.round(Math.min(520, Math.max(320, 0.6 * width)));
   const all = [...points.map(({ at }) => at), ...lines.flatMap(({ line }) => line)];
   const scales = [
