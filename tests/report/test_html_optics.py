@@ -1,4 +1,4 @@
-"""The optics of study.html in JavaScript against those of this package: gain law, ray path, blur, depth error, noise."""
+"""The optics of study.html, in JavaScript, against those of this package and its tracer."""
 
 from __future__ import annotations
 
@@ -13,9 +13,7 @@ import pytest
 from sample_study import prototype, two_direct_mirrors
 
 from designer.design import VIEW_NAMES, Design, read_design
-from designer.evaluate.depth import depth_error_map, slopes_of_point, stereo_pair_of
-from designer.evaluate.predicted_noise import noise_model
-from designer.evaluate.resolution import image_zones
+from designer.evaluate.depth import depth_error_map, depth_error_rms, slopes_of_point, stereo_pair_of, volume_of
 from designer.optics.focus import (
     chief_ray,
     lens_of_camera,
@@ -24,30 +22,28 @@ from designer.optics.focus import (
     reciprocal_image_depth,
 )
 from designer.optics.view import image_radius, image_radius_slope
-from designer.optimise.limit import conditions_of
-from designer.optimise.specification import specification_of
-from designer.report.html.payload import payload_of_design, predicted_noise_px
-from designer.report.html.payload import _design as described
+from designer.report.html.payload import described, payload_of_design, predicted_noise, predicted_noise_px
+from designer.requirement import PREDICTED, Requirement, read_requirement
 from designer.trace.bundles import pinhole_directions
 from designer.trace.instrument import build_instrument
 from designer.trace.sequential import trace_sequential
 from support import DATA
-from support.shipped_problems import shipped_requirement
+from support.studied_designs import NAMES, SHARP_NAMES, sharp_design, studied_design
 
 SCRIPTS = Path(__file__).parents[2] / "designer" / "report" / "html" / "js"
+CONFIGS = Path(__file__).parents[2] / "configs"
 NODE = shutil.which("node")
 pytestmark = pytest.mark.skipif(NODE is None, reason="node is not installed: the page's scripts cannot be run")
 SHARES = (0.0, 0.13, 0.5, 0.77, 1.0)
 """Where in the working volume: of its elevations, and of the logarithm of its distances."""
 PROGRAM = """
 import { readFileSync } from "node:fs";
-import { imagedPoint, imageRadius, imageRadiusSlope } from "%s/optics.mjs";
+import { imagedPoint, imageRadiusSlope } from "%s/optics.mjs";
 const { designs, points } = JSON.parse(readFileSync(0, "utf8"));
 const found = designs.map((design, place) => points[place].map(([elevation, distance]) => {
   const at = imagedPoint(design, elevation, distance);
   const views = Object.fromEntries(Object.entries(at.views).map(([name, view]) => [name, {
     ...view,
-    ratio: view.radiusPx,
     perRadian: imageRadiusSlope(view.slope, design.views[name], design.camera.focal_length_mm),
   }]));
   return { ...at, views };
@@ -74,7 +70,12 @@ def run_node(designs: list[Any], points: list[list[tuple[float, float]]]) -> lis
 def designs_of_all_kinds() -> list[Design]:
     """Direct and folded designs, of all kinds of conics, with gains of both signs."""
     made = [prototype(), prototype(topology="upper_inner"), prototype(direct_kind="ellipsoid"), two_direct_mirrors()]
-    return [*made, *(read_design(path) for path in sorted(DATA.glob("folded_*.json")))]
+    return [
+        *made,
+        read_design(DATA / "folded_hypl_hy.json"),
+        *map(studied_design, NAMES),
+        *map(sharp_design, SHARP_NAMES),
+    ]
 
 
 def points_in(design: Design) -> list[tuple[float, float]]:
@@ -125,9 +126,7 @@ def test_the_ray_path_equals_the_tracers(shown) -> None:
 
 
 def test_the_rays_of_both_views_meet_in_the_scene_point(shown) -> None:
-    for design, points, found in shown:
-        if design.configuration.startswith("folded-PaPa"):
-            continue
+    for _, points, found in shown:
         for (_, distance), at in zip(points, found, strict=True):
             for view in at["views"].values():
                 (radius, height), (along_r, along_z) = view["ray"]["points"][-1], view["ray"]["direction"]
@@ -164,3 +163,45 @@ def test_another_law_of_the_lens_has_no_image_point() -> None:
             assert len(view["ray"]["points"]) >= 2
     perspective = payload | {"camera": payload["camera"] | {"projection": "perspective", "distortion": []}}
     assert run_node([perspective], [[(0.1, 2000.0)]])[0][0]["depthError"] > 0.0
+
+
+def predicted_cases() -> list[tuple[Design, Requirement]]:
+    """Sharp designs, each with the shipped requirement that it was made for, which predicts the noise."""
+    cases = []
+    for name in SHARP_NAMES:
+        asked = read_requirement(CONFIGS / f"{name.partition(':')[0]}.toml")
+        assert asked.noise_px == PREDICTED
+        cases.append((sharp_design(name), asked))
+    return cases
+
+
+def test_interpolated_noise_is_within_one_percent_of_the_predicted() -> None:
+    cases = predicted_cases()
+    payloads: list[Any] = [described(*case) for case in cases]
+    assert all("noise_table" in payload for payload in payloads)
+    shares = np.linspace(0.0, 1.0, 23)
+    points = []
+    for design, _ in cases:
+        (low, high), (near, far) = np.radians(design.working_volume.elevation_deg), design.working_volume.distance_mm
+        points.append([(low + (high - low) * a, near * (far / near) ** b) for a in shares for b in shares])
+    for (design, asked), at, found in zip(cases, points, run_node(payloads, points), strict=True):
+        lower, upper = predicted_noise_px(design, asked, *np.array(at).T)
+        for name, predicted in (("lower", lower), ("upper", upper)):
+            interpolated = np.array([each["views"][name]["noisePx"] for each in found])
+            np.testing.assert_allclose(interpolated, predicted, rtol=0.01, err_msg=f"{design.configuration} {name}")
+
+
+def test_the_table_of_noise_gives_the_score_of_the_study() -> None:
+    """What the page shows, in root mean square over the working volume, is the score that Python integrates."""
+    cases = predicted_cases()[:4]
+    shares = (np.arange(24) + 0.5) / 24
+    points = []
+    for design, _ in cases:
+        (low, high), (near, far) = np.radians(design.working_volume.elevation_deg), design.working_volume.distance_mm
+        points.append([(low + (high - low) * a, near * (far / near) ** b) for a in shares for b in shares])
+    for (design, asked), found in zip(cases, run_node([described(*case) for case in cases], points), strict=True):
+        score = depth_error_rms(
+            stereo_pair_of(design), volume_of(design), predicted_noise(design, asked), design.scale_uncertainty
+        )
+        shown_rms = np.sqrt(np.mean([at["depthError"] ** 2 for at in found]))
+        assert shown_rms == pytest.approx(float(score), rel=0.01)

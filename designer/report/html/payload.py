@@ -11,7 +11,7 @@ from pydantic import JsonValue
 
 from designer import __version__
 from designer.design import VIEW_NAMES, Design
-from designer.evaluate.depth import stereo_pair_of, volume_of
+from designer.evaluate.depth import NoiseModel, slopes_of_point, stereo_pair_of, volume_of
 from designer.evaluate.fabrication import mirror_shape
 from designer.evaluate.focus import focus_score
 from designer.evaluate.predicted_noise import noise_model
@@ -79,7 +79,7 @@ def payload_of_study(study: Study) -> dict[str, JsonValue]:
         "envelope": {"height_mm": _plain(envelope.height_mm), "diameter_mm": _plain(envelope.diameter_mm)},
         "columns": _columns(),
         "rows": [_row(study, row) for row in study.rows],
-        "designs": {name: _design(design, requirement) for name, design in study.designs.items()},
+        "designs": {name: described(design, requirement) for name, design in study.designs.items()},
         "fronts": [as_json({name: _plain(getattr(point, name)) for name in _FRONT}) for point in study.pareto],
         "provenance": as_json({key: study.provenance[key] for key in _PROVENANCE if key in study.provenance}),
     }
@@ -123,7 +123,7 @@ def payload_of_design(design: Design) -> dict[str, JsonValue]:
         "envelope": {"height_mm": None, "diameter_mm": None},
         "columns": _columns(),
         "rows": [as_json({name: _plain(value) for name, value in row.items() if value is not None})],
-        "designs": {design.configuration: _design(design, None)},
+        "designs": {design.configuration: described(design, None)},
         "fronts": [],
         "provenance": {},
     }
@@ -165,7 +165,7 @@ def _row(study: Study, row: Row) -> dict[str, JsonValue]:
     return dict(values)
 
 
-def _design(design: Design, requirement: Requirement | None) -> dict[str, JsonValue]:
+def described(design: Design, requirement: Requirement | None) -> dict[str, JsonValue]:
     """A design's record as its file has it, without score and further keys, and what the page cannot work out."""
     camera = {
         name: value
@@ -227,14 +227,19 @@ def predicted_noise_px(
 
     At points given by elevation from the middle of the baseline (rad) and distance from the axis (mm), broadcast.
     """
+    slopes = slopes_of_point(np.tan(elevations), distances, design.baseline_mm)
+    lower, upper = predicted_noise(design, requirement)(*slopes, distances)
+    pitch = design.camera.pixel_pitch_mm
+    return np.asarray(lower) / pitch, np.asarray(upper) / pitch
+
+
+def predicted_noise(design: Design, requirement: Requirement) -> NoiseModel:
+    """The noise that a requirement predicts for a finished design, whose views have at most two mirrors each."""
     # Light and texture are the same with every lens of a catalogue.
     conditions = conditions_of(specification_of(requirement, requirement.camera.lenses[0]))
     paths = {str(name): light_path_of_design(design, name) for name in VIEW_NAMES}
-    model = noise_model(conditions, stereo_pair_of(design), lens_of_camera(design.camera), paths)
-    parallax = design.baseline_mm / (2.0 * distances)
-    lower, upper = model(np.tan(elevations) + parallax, np.tan(elevations) - parallax, distances)
-    pitch = design.camera.pixel_pitch_mm
-    return np.asarray(lower) / pitch, np.asarray(upper) / pitch
+    model: NoiseModel = noise_model(conditions, stereo_pair_of(design), lens_of_camera(design.camera), paths)
+    return model
 
 
 def _table(values: NDArray[np.float64]) -> JsonValue:

@@ -51,4 +51,6 @@ function start() {
   });
 }
 
-start();
+// The head of the page is on the screen before the rest is built.
+if (document.visibilityState === "hidden") start();
+else requestAnimationFrame(() => setTimeout(start));

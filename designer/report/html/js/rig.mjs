@@ -11,6 +11,7 @@ const NO_WEBGL = "This browser offers no WebGL, so the rig cannot be drawn in 3-
 const AROUND = 72;
 const FAN_AZIMUTHS = 6;
 const TURN = 2 * Math.PI;
+const CUT_COLOUR = 0xe0b050;
 
 /** Build the section; nothing is drawn before it comes into sight. */
 export function buildRig(data) {
@@ -186,10 +187,12 @@ function contentOf(design, shown, planes, three) {
   const from = Math.PI / 2 + wedge / 2;
   const sweep = TURN - wedge;
   const solid = (profile, colour, lift = 0) => {
-    const material = new three.MeshStandardMaterial({ color: colour, metalness: 0.15, roughness: 0.45, side: three.DoubleSide, clippingPlanes: planes });
-    const mesh = new three.Mesh(revolved(profile, from, sweep, three), material);
-    mesh.position.y = lift;
-    group.add(mesh);
+    for (const [geometry, shade] of [[revolved(profile, from, sweep, three), colour], [cutFaces(profile, [from, from + sweep], three), CUT_COLOUR]]) {
+      const material = new three.MeshStandardMaterial({ color: shade, metalness: 0.15, roughness: 0.45, side: three.DoubleSide, clippingPlanes: planes });
+      const mesh = new three.Mesh(geometry, material);
+      mesh.position.y = lift;
+      group.add(mesh);
+    }
   };
   const order = [...design.mirrors].sort((one, other) => one.vertex_mm - other.vertex_mm).map((mirror) => mirror.name);
   for (const mirror of design.mirrors) {
@@ -273,13 +276,14 @@ function volumePoints(design) {
   return found;
 }
 
-/** A solid of revolution between a face and its back, over an arc, with its two ends closed. */
+/** The surface of a solid of revolution between a face and its back, over an arc. */
 function revolved({ face, back }, from, sweep, three) {
   const positions = [];
   const indices = [];
-  const strip = (profile) => {
+  const steps = Math.max(2, Math.round((AROUND * sweep) / TURN));
+  // Strips of their own, so that edges stay sharp.
+  for (const profile of [face, back, [face[0], back[0]], [face.at(-1), back.at(-1)]]) {
     const first = positions.length / 3;
-    const steps = Math.max(2, Math.round((AROUND * sweep) / TURN));
     for (let place = 0; place <= steps; place += 1) {
       const azimuth = from + (sweep * place) / steps;
       for (const [r, z] of profile) positions.push(r * Math.cos(azimuth), z, r * Math.sin(azimuth));
@@ -291,13 +295,15 @@ function revolved({ face, back }, from, sweep, three) {
         indices.push(a, b, a + 1, b, b + 1, a + 1);
       }
     }
-  };
-  // Strips of their own, so that edges stay sharp.
-  strip(face);
-  strip(back);
-  strip([face[0], back[0]]);
-  strip([face.at(-1), back.at(-1)]);
-  for (const azimuth of [from, from + sweep]) {
+  }
+  return geometryOf(positions, indices, three);
+}
+
+/** The two faces at which a solid of revolution is cut open. */
+function cutFaces({ face, back }, azimuths, three) {
+  const positions = [];
+  const indices = [];
+  for (const azimuth of azimuths) {
     const first = positions.length / 3;
     face.forEach((point, place) => {
       for (const [r, z] of [point, back[place]]) positions.push(r * Math.cos(azimuth), z, r * Math.sin(azimuth));
@@ -307,6 +313,10 @@ function revolved({ face, back }, from, sweep, three) {
       indices.push(a, a + 1, a + 2, a + 1, a + 3, a + 2);
     }
   }
+  return geometryOf(positions, indices, three);
+}
+
+function geometryOf(positions, indices, three) {
   const geometry = new three.BufferGeometry();
   geometry.setAttribute("position", new three.Float32BufferAttribute(positions, 3));
   geometry.setIndex(indices);
