@@ -63,7 +63,7 @@ _OF_ROWS = (
 )
 _OF_CAMERA = ("distortion", "projection")
 """Keys of a camera that this version's record may not know, but by which the page tells a law that it does not."""
-NOISE_ELEVATIONS, NOISE_DISTANCES = 25, 17
+NOISE_ELEVATIONS, NOISE_DISTANCES = 17, 13
 """Size of the table of predicted noise; interpolated, it is within one percent of the prediction (see the tests)."""
 
 
