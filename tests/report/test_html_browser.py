@@ -113,6 +113,20 @@ def test_the_keyboard_reaches_rows_marks_and_ray(opened: Tab) -> None:
     assert opened.value(SELECTED) == name
 
 
+def assert_keys_turn_the_rig(shown: Tab) -> None:
+    picture = "(() => { const c = document.querySelector('#rig canvas'); c.focus(); return c.toDataURL(); })()"
+    blank = shown.value(
+        "(() => { const c = document.querySelector('#rig canvas'), d = document.createElement('canvas');"
+        " d.width = c.width; d.height = c.height; return d.toDataURL(); })()"
+    )
+    shown.becomes_true("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))")
+    before = shown.value(picture)
+    assert len(before) > 3 * len(blank)
+    shown.ask("Input.dispatchKeyEvent", type="keyDown", key="ArrowRight", code="ArrowRight", windowsVirtualKeyCode=39)
+    shown.becomes_true("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))")
+    assert shown.value(picture) != before
+
+
 def test_the_rig_is_drawn_or_a_line_says_why_not(page: Path, tmp_path: Path) -> None:
     drawn = "!!document.querySelector('#rig.drawn canvas')"
     told = "!!document.querySelector('#no-webgl')"
@@ -121,6 +135,8 @@ def test_the_rig_is_drawn_or_a_line_says_why_not(page: Path, tmp_path: Path) -> 
         assert shown.becomes_true(READY)
         shown.value("document.querySelector('#rig').scrollIntoView()")
         assert shown.becomes_true(f"{drawn} || {told}")
+        if shown.value(drawn):
+            assert_keys_turn_the_rig(shown)
         assert shown.problems == []
     with tab(tmp_path / "without", "--disable-3d-apis") as shown:
         shown.open(page.as_uri())

@@ -76,7 +76,7 @@ function open(data, names, view) {
     if (changed.has("selected") && data.designs[state.selected]) {
       picker.value = state.selected;
       build(true);
-    } else if (["elevationShare", "distanceShare", "view"].some((name) => changed.has(name))) build(false);
+    } else if (["elevationShare", "distanceShare", "view"].some((name) => changed.has(name))) stage.showRays(current(), shown);
   });
   build(true);
 }
@@ -97,10 +97,19 @@ function stageIn(view, three) {
   const camera = new three.PerspectiveCamera(32, 1, 1, 1e6);
   const controls = new three.OrbitControls(camera, canvas);
   const plane = new three.Plane(new three.Vector3(0, 0, -1), 0);
-  let content = new three.Group();
-  scene.add(content);
+  let solids = new three.Group();
+  let lines = new three.Group();
+  scene.add(solids, lines);
+  let isAsked = false;
 
+  // Once for each frame, however often something has changed.
   function render() {
+    if (isAsked) return;
+    isAsked = true;
+    requestAnimationFrame(draw);
+  }
+  function draw() {
+    isAsked = false;
     sun.position.copy(camera.position).add(new three.Vector3(0, camera.position.length() * 0.4, 0));
     renderer.render(scene, camera);
   }
@@ -152,22 +161,30 @@ function stageIn(view, three) {
     render();
   }
 
-  function show(design, shown, aims) {
-    content.traverse((part) => {
+  function instead(old, made) {
+    old.traverse((part) => {
       part.geometry?.dispose();
       part.material?.dispose();
     });
-    scene.remove(content);
+    scene.remove(old);
+    scene.add(made);
+    return made;
+  }
+  function show(design, shown, aims) {
     const [low, high] = heightsOf(design);
     const upright = shown.section === "upright";
     plane.normal.set(0, upright ? 0 : -1, upright ? -1 : 0);
     plane.constant = upright ? design.diameter_mm * (shown.place - 0.5) : low + shown.place * (high - low) * (1 + shown.explode);
-    content = contentOf(design, shown, shown.section === "none" ? [] : [plane], three);
-    scene.add(content);
+    solids = instead(solids, solidsOf(design, shown, shown.section === "none" ? [] : [plane], three));
     if (aims) aim(design, "rig");
     fit();
+    showRays(design, shown);
   }
-  return { show, aim };
+  function showRays(design, shown) {
+    lines = instead(lines, linesOf(design, shown, three));
+    render();
+  }
+  return { show, showRays, aim };
 }
 
 /** Lowest and highest point of mirrors and lens, mm. */
@@ -179,7 +196,8 @@ function heightsOf(design) {
   return [Math.min(...heights, design.camera.lens_front_mm), Math.max(...heights)];
 }
 
-function contentOf(design, shown, planes, three) {
+/** Mirrors, lens and body, cut open. */
+function solidsOf(design, shown, planes, three) {
   const group = new three.Group();
   const [low, high] = heightsOf(design);
   const wedge = (shown.open * Math.PI) / 180;
@@ -206,6 +224,13 @@ function contentOf(design, shown, planes, three) {
   const cylinder = (radius, floor, top) => ({ face: [[0, top], [radius, top]], back: [[0, floor], [radius, floor]] });
   if (seat < camera.lens_front_mm) solid(cylinder(camera.lens_radius_mm, seat, camera.lens_front_mm), 0x4a4a4a);
   if (camera.body_radius_mm > 0) solid(cylinder(camera.body_radius_mm, bottom, seat), 0x6e6e6e);
+  return group;
+}
+
+/** Rays of both views, the live ray with its scene point, and the working volume. */
+function linesOf(design, shown, three) {
+  const group = new three.Group();
+  const [low, high] = heightsOf(design);
   const lines = (points, colour, opacity) => {
     const geometry = new three.BufferGeometry();
     geometry.setAttribute("position", new three.Float32BufferAttribute(points.flat(), 3));
