@@ -28,6 +28,8 @@ from designer.study.study import Study
 
 MASS = "mass_g"
 """A column of the page alone: the mass of all mirrors, of aluminium."""
+NOT_JUDGED = "not judged"
+"""Status of a design that is shown without a study."""
 _OF_ROWS = (
     "rank",
     "configuration",
@@ -99,7 +101,7 @@ def payload_of_design(design: Design) -> dict[str, JsonValue]:
         "configuration": design.configuration,
         "family": "folded" if any(len(view.path) > 1 for view in design.views.by_name.values()) else "direct",
         "topology": f"upper_{design.views.upper.zone}",
-        "status": "feasible",
+        "status": NOT_JUDGED,
         "variant": design.variant,
         "rank": 1,
         "depth_error_rms": depth.depth_error_rms,

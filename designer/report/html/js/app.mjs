@@ -13,20 +13,30 @@ const data = JSON.parse(document.getElementById("payload").textContent);
 function summary() {
   const counts = new Map();
   for (const row of data.rows) counts.set(row.status, (counts.get(row.status) ?? 0) + 1);
+  if (counts.has("not judged")) return "";
   const words = [...counts].map(([status, count]) => `${count} ${status}`).join(", ");
   return `${data.rows.length} configuration${data.rows.length === 1 ? "" : "s"}: ${words}.`;
 }
 
 function facts() {
   const groups = data.facts.map(([title, pairs]) => [title, pairs]);
-  const origin = Object.entries(data.provenance).map(([name, value]) => [name === "designer" ? "designer version" : name, String(value)]);
+  const origin = Object.entries(data.provenance).map(([name, value]) => [
+    name === "designer" ? "designer version" : name,
+    String(value),
+  ]);
   if (origin.length) groups.push(["Origin", origin]);
   return groups.map(([title, pairs]) =>
     element(
-      "div", {},
+      "div",
+      {},
       element("h3", {}, title),
-      element("dl", {}, ...pairs.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, typographic(value))])),
-    ));
+      element(
+        "dl",
+        {},
+        ...pairs.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, typographic(value))]),
+      ),
+    ),
+  );
 }
 
 function start() {

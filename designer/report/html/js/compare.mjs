@@ -1,16 +1,43 @@
 // Two designs side by side, at the same scale and with the live ray of the same place in the working volume.
 
 import { extentOf } from "./drawing.mjs";
-import { choice, decimalsOf, element, fixed, headingOf, isWide, labelled, onResize, shownValue, valueOf, widthOf } from "./format.mjs";
+import {
+  choice,
+  decimalsOf,
+  element,
+  fixed,
+  headingOf,
+  isWide,
+  labelled,
+  onResize,
+  shownValue,
+  valueOf,
+  widthOf,
+} from "./format.mjs";
 import { VIEWS, imagedPoint } from "./optics.mjs";
 import { optionText, raySection } from "./rays.mjs";
 import { pointInWords, prescription } from "./readings.mjs";
 import { change, scenePoint, state, whenChanged } from "./state.mjs";
 
 const COMPARED = [
-  "rank", "depth_error_rms", "depth_error_worst", "limit_ratio", "baseline_mm", "height_mm", "diameter_mm", "volume_cm3", "mass_g",
-  "largest_mirror_diameter_mm", "largest_blur_px", "largest_blur_deg", "f_number", "principal_distance_mm", "focus_distance_mm",
-  "depth_shift_per_scale", "largest_slope_deg", "smallest_clearance_mm",
+  "rank",
+  "depth_error_rms",
+  "depth_error_worst",
+  "limit_ratio",
+  "baseline_mm",
+  "height_mm",
+  "diameter_mm",
+  "volume_cm3",
+  "mass_g",
+  "largest_mirror_diameter_mm",
+  "largest_blur_px",
+  "largest_blur_deg",
+  "f_number",
+  "principal_distance_mm",
+  "focus_distance_mm",
+  "depth_shift_per_scale",
+  "largest_slope_deg",
+  "smallest_clearance_mm",
 ];
 
 /** Build the section. */
@@ -18,7 +45,9 @@ export function buildCompare(data) {
   const names = Object.keys(data.designs);
   const place = document.getElementById("compare");
   if (names.length < 2) {
-    place.append(element("p", { class: "notice" }, "Fewer than two configurations are feasible, so there is nothing to compare."));
+    place.append(
+      element("p", { class: "notice" }, "Fewer than two configurations are feasible, so there is nothing to compare."),
+    );
     return;
   }
   const options = names.map((name) => [name, optionText(data, name)]);
@@ -43,20 +72,42 @@ export function buildCompare(data) {
     const readings = element("tbody");
     place.replaceChildren(
       element(
-        "div", { class: "pair" },
+        "div",
+        { class: "pair" },
         ...sections.map(({ drawing }, index) =>
-          element("figure", {}, drawing, element("figcaption", {}, `${"AB"[index]}: ${designs[index].configuration}. ${designs[index].variant}`))),
+          element(
+            "figure",
+            {},
+            drawing,
+            element("figcaption", {}, `${"AB"[index]}: ${designs[index].configuration}. ${designs[index].variant}`),
+          ),
+        ),
       ),
       element(
-        "div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Comparison" },
+        "div",
+        { class: "scroll", tabindex: "0", role: "region", "aria-label": "Comparison" },
         element(
-          "table", { class: "compared" },
-          element("thead", {}, element("tr", {}, ...["", "A", "B", "B − A"].map((text, column) => element("th", { scope: "col", class: column ? "number" : null }, text)))),
+          "table",
+          { class: "compared" },
+          element(
+            "thead",
+            {},
+            element(
+              "tr",
+              {},
+              ...["", "A", "B", "B − A"].map((text, column) =>
+                element("th", { scope: "col", class: column ? "number" : null }, text),
+              ),
+            ),
+          ),
           element("tbody", {}, ...rowsOf(data)),
           readings,
         ),
       ),
-      ...designs.flatMap((design, index) => [element("h3", {}, `Prescription of ${"AB"[index]}: ${design.configuration}`), prescription(design)]),
+      ...designs.flatMap((design, index) => [
+        element("h3", {}, `Prescription of ${"AB"[index]}: ${design.configuration}`),
+        prescription(design),
+      ]),
     );
     redraw = () => updatePair(designs, sections, readings);
     redraw();
@@ -94,10 +145,19 @@ function updatePair(designs, sections, readings) {
   sections.forEach((section, index) => section.update(found[index]));
   const row = (label, of, decimals) => {
     const values = found.map(of);
-    return comparedLine(label, values.map((value) => fixed(value, decimals)), values.includes(null) ? null : values[1] - values[0], decimals);
+    return comparedLine(
+      label,
+      values.map((value) => fixed(value, decimals)),
+      values.includes(null) ? null : values[1] - values[0],
+      decimals,
+    );
   };
   readings.replaceChildren(
-    element("tr", {}, element("th", { scope: "row", colspan: 4 }, `at ${pointInWords(points[0])} (set above, at the live ray)`)),
+    element(
+      "tr",
+      {},
+      element("th", { scope: "row", colspan: 4 }, `at ${pointInWords(points[0])} (set above, at the live ray)`),
+    ),
     row("depth error (%)", (each) => (each.depthError === null ? null : 100 * each.depthError), 3),
     ...VIEWS.flatMap((name) => [
       row(`image radius, ${name} view (px)`, (each) => each.views[name].radiusPx, 1),

@@ -72,7 +72,12 @@ export function drawnHardware(design, frame, fine = true) {
   const box = (radius, low, high, fill) => {
     if (high <= frame.low) return;
     const bottom = Math.max(low, frame.low - 1);
-    const corners = [[-radius, bottom], [-radius, high], [radius, high], [radius, bottom]];
+    const corners = [
+      [-radius, bottom],
+      [-radius, high],
+      [radius, high],
+      [radius, bottom],
+    ];
     parts.push(lineOf(frame, corners, { fill, stroke: "#6b6b6b", "stroke-width": fine ? 1 : 0.6 }));
   };
   box(camera.body_radius_mm, frame.low - 1, seat, "#dddddd");
@@ -134,17 +139,33 @@ export function thumbnail(design) {
 /** The axis, the pinhole and both viewpoints. */
 export function drawnAxis(design, frame) {
   const parts = [
-    lineOf(frame, [[0, frame.low], [0, frame.high]], { stroke: "#6b6b6b", "stroke-width": 0.7, "stroke-dasharray": "10 3 2 3" }),
+    lineOf(
+      frame,
+      [
+        [0, frame.low],
+        [0, frame.high],
+      ],
+      { stroke: "#6b6b6b", "stroke-width": 0.7, "stroke-dasharray": "10 3 2 3" },
+    ),
   ];
   const [x, y] = frame.at([0, 0]);
-  parts.push(shape("path", { d: `M${x - 4} ${y - 4}l8 8M${x - 4} ${y + 4}l8 -8`, stroke: "#1a1a1a", "stroke-width": 1.4 }));
+  parts.push(
+    shape("path", { d: `M${x - 4} ${y - 4}l8 8M${x - 4} ${y + 4}l8 -8`, stroke: "#1a1a1a", "stroke-width": 1.4 }),
+  );
   for (const name of VIEWS) {
     const [atX, atY] = frame.at([0, design.views[name].viewpoint_mm]);
     const up = name === "upper" ? -1 : 1;
     const corners = `${atX - 5},${atY - up * 4} ${atX + 5},${atY - up * 4} ${atX},${atY + up * 6}`;
     parts.push(shape("polygon", { points: corners, fill: COLOUR[name] }));
     // In the margin, with a line that leads there: on the axis are mirrors.
-    parts.push(shape("path", { d: `M6 ${atY}H${atX - 7}`, stroke: COLOUR[name], "stroke-width": 0.6, "stroke-dasharray": "1 4" }));
+    parts.push(
+      shape("path", {
+        d: `M6 ${atY}H${atX - 7}`,
+        stroke: COLOUR[name],
+        "stroke-width": 0.6,
+        "stroke-dasharray": "1 4",
+      }),
+    );
     parts.push(shape("text", { x: 6, y: atY - 4, "font-size": 12, class: "halo" }, `${name} viewpoint`));
   }
   return shape("g", {}, ...parts);
@@ -170,7 +191,9 @@ export function drawnImage(design, width, points = null) {
   const { camera } = design;
   const scale = width / camera.width_px;
   const height = camera.height_px * scale;
-  const parts = [shape("rect", { x: 0.5, y: 0.5, width: width - 1, height: height - 1, fill: "#fafafa", stroke: "#8a8a8a" })];
+  const parts = [
+    shape("rect", { x: 0.5, y: 0.5, width: width - 1, height: height - 1, fill: "#fafafa", stroke: "#8a8a8a" }),
+  ];
   const centre = [width / 2, height / 2];
   for (const name of VIEWS) {
     const view = design.views[name];
@@ -180,13 +203,25 @@ export function drawnImage(design, width, points = null) {
       .sort((a, b) => a - b);
     parts.push(
       shape("circle", {
-        cx: centre[0], cy: centre[1], r: (inner + outer) / 2, fill: "none", stroke: COLOUR[name],
-        "stroke-opacity": 0.22, "stroke-width": outer - inner,
+        cx: centre[0],
+        cy: centre[1],
+        r: (inner + outer) / 2,
+        fill: "none",
+        stroke: COLOUR[name],
+        "stroke-opacity": 0.22,
+        "stroke-width": outer - inner,
       }),
     );
     for (const radius of [inner, outer]) {
       parts.push(
-        shape("circle", { cx: centre[0], cy: centre[1], r: radius, fill: "none", stroke: COLOUR[name], "stroke-dasharray": DASH[name] }),
+        shape("circle", {
+          cx: centre[0],
+          cy: centre[1],
+          r: radius,
+          fill: "none",
+          stroke: COLOUR[name],
+          "stroke-dasharray": DASH[name],
+        }),
       );
     }
   }
@@ -196,8 +231,16 @@ export function drawnImage(design, width, points = null) {
     const [x, y] = at.map((value) => (value + 0.5) * scale);
     parts.push(shape("circle", { cx: x, cy: y, r: 5, fill: COLOUR[name], stroke: "#fff", "stroke-width": 1.5 }));
     parts.push(
-      shape("text", { x, y: y + (name === "upper" ? -10 : 20), "font-size": 12, "text-anchor": "middle", class: "halo" }, name),
+      shape(
+        "text",
+        { x, y: y + (name === "upper" ? -10 : 20), "font-size": 12, "text-anchor": "middle", class: "halo" },
+        name,
+      ),
     );
   }
-  return shape("svg", { viewBox: `0 0 ${width} ${height.toFixed(1)}`, role: "img", "aria-label": "Image with the zones of both views" }, ...parts);
+  return shape(
+    "svg",
+    { viewBox: `0 0 ${width} ${height.toFixed(1)}`, role: "img", "aria-label": "Image with the zones of both views" },
+    ...parts,
+  );
 }

@@ -64,7 +64,7 @@ export function valueOf(row, name, columns) {
 /** A row's value of a column for people, without the unit. */
 export function shownValue(row, name, columns) {
   const value = valueOf(row, name, columns);
-  if (value === null) return name === "focus_distance_mm" && row.status === "feasible" ? "∞" : "–";
+  if (value === null) return name === "focus_distance_mm" && row.depth_error_rms !== undefined ? "∞" : "–";
   return columns[name].is_number ? fixed(value, decimalsOf(name, columns[name])) : typographic(value);
 }
 

@@ -222,12 +222,15 @@ function cubicWeights(share, count) {
   const position = Math.min(Math.max(share, 0), 1) * (count - 1);
   const place = Math.min(Math.floor(position), count - 2);
   const x = position - place;
-  return [place, [
-    ((-x + 2) * x - 1) * x * 0.5,
-    ((3 * x - 5) * x * x + 2) * 0.5,
-    ((-3 * x + 4) * x + 1) * x * 0.5,
-    (x - 1) * x * x * 0.5,
-  ]];
+  return [
+    place,
+    [
+      ((-x + 2) * x - 1) * x * 0.5,
+      ((3 * x - 5) * x * x + 2) * 0.5,
+      ((-3 * x + 4) * x + 1) * x * 0.5,
+      (x - 1) * x * x * 0.5,
+    ],
+  ];
 }
 
 /** An entry of a table, continued straight beyond its edges by one place. */

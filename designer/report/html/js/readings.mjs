@@ -16,18 +16,28 @@ export function readings(design, at, found) {
   const rows = [
     ["elevation at the viewpoint", (view) => fixed((view.elevation * 180) / Math.PI, 3, "°")],
     ["image radius", (view) => fixed(view.radiusPx, 2, "px")],
-    ["image point u, v (azimuth 0)", (view) => (view.pointPx ? view.pointPx.map((value) => fixed(value, 2)).join(", ") : "–")],
+    [
+      "image point u, v (azimuth 0)",
+      (view) => (view.pointPx ? view.pointPx.map((value) => fixed(value, 2)).join(", ") : "–"),
+    ],
     ["blur on the sensor", (view) => fixed(view.blurPx, 2, "px")],
     ["blur in the scene", (view) => fixed(view.blurDeg, 3, "°")],
-    [design.noise_table ? "noise of a match, predicted" : "noise of a match, constant", (view) => fixed(view.noisePx, 3, "px")],
-    ["within the clear apertures", (view) => (view.ray === null ? "misses a mirror" : view.ray.isInside ? "yes" : "no")],
+    [
+      design.noise_table ? "noise of a match, predicted" : "noise of a match, constant",
+      (view) => fixed(view.noisePx, 3, "px"),
+    ],
+    [
+      "within the clear apertures",
+      (view) => (view.ray === null ? "misses a mirror" : view.ray.isInside ? "yes" : "no"),
+    ],
   ];
   const heads = VIEWS.map((name) => element("th", { scope: "col", class: `number ${name}` }, `${name} view`));
   const depth =
     found.depthError === null
       ? element("p", { class: "notice" }, OTHER_LAW)
       : element(
-          "p", { class: "reading" },
+          "p",
+          { class: "reading" },
           "Depth error here: ",
           element("strong", {}, `${fixed(100 * found.depthError, 3)} %`),
           ` = ${significant(found.depthError * at.distance)} mm (one standard deviation)`,
@@ -35,16 +45,20 @@ export function readings(design, at, found) {
   return [
     depth,
     element(
-      "table", {},
+      "table",
+      {},
       element("thead", {}, element("tr", {}, element("th", { scope: "col" }, ""), ...heads)),
       element(
-        "tbody", {},
+        "tbody",
+        {},
         ...rows.map(([label, value]) =>
           element(
-            "tr", {},
+            "tr",
+            {},
             element("th", { scope: "row" }, label),
             ...VIEWS.map((name) => element("td", { class: "number" }, value(found.views[name]))),
-          )),
+          ),
+        ),
       ),
     ),
   ];
@@ -52,20 +66,51 @@ export function readings(design, at, found) {
 
 /** The mirrors as opticians write them. */
 export function prescription(design) {
-  const heads = ["mirror", "kind", "faces", "vertex z₀ (mm)", "radius r₀ (mm)", "conic K", "inner R (mm)", "outer R (mm)", "sag (mm)", "thickness (mm)", "mass (g)"];
+  const heads = [
+    "mirror",
+    "kind",
+    "faces",
+    "vertex z₀ (mm)",
+    "radius r₀ (mm)",
+    "conic K",
+    "inner R (mm)",
+    "outer R (mm)",
+    "sag (mm)",
+    "thickness (mm)",
+    "mass (g)",
+  ];
   const line = (mirror, place) => [
-    `${place + 1} ${mirror.name}`, mirror.kind, mirror.faces, fixed(mirror.vertex_mm, 4),
-    mirror.radius_mm === null ? "∞" : fixed(mirror.radius_mm, 4), fixed(mirror.conic, 6), fixed(mirror.inner_radius_mm, 3),
-    fixed(mirror.outer_radius_mm, 3), fixed(mirror.sag_mm, 4), fixed(mirror.thickness_mm, 2), fixed(mirror.mass_g, 1),
+    `${place + 1} ${mirror.name}`,
+    mirror.kind,
+    mirror.faces,
+    fixed(mirror.vertex_mm, 4),
+    mirror.radius_mm === null ? "∞" : fixed(mirror.radius_mm, 4),
+    fixed(mirror.conic, 6),
+    fixed(mirror.inner_radius_mm, 3),
+    fixed(mirror.outer_radius_mm, 3),
+    fixed(mirror.sag_mm, 4),
+    fixed(mirror.thickness_mm, 2),
+    fixed(mirror.mass_g, 1),
   ];
   const style = (column) => (column > 2 ? "number" : null);
-  const cell = (text, column) => (column ? element("td", { class: style(column) }, text) : element("th", { scope: "row" }, text));
+  const cell = (text, column) =>
+    column ? element("td", { class: style(column) }, text) : element("th", { scope: "row" }, text);
   return element(
-    "div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Prescription" },
+    "div",
+    { class: "scroll", tabindex: "0", role: "region", "aria-label": "Prescription" },
     element(
-      "table", { class: "prescription" },
-      element("thead", {}, element("tr", {}, ...heads.map((text, column) => element("th", { scope: "col", class: style(column) }, text)))),
-      element("tbody", {}, ...design.mirrors.map((mirror, place) => element("tr", {}, ...line(mirror, place).map(cell)))),
+      "table",
+      { class: "prescription" },
+      element(
+        "thead",
+        {},
+        element("tr", {}, ...heads.map((text, column) => element("th", { scope: "col", class: style(column) }, text))),
+      ),
+      element(
+        "tbody",
+        {},
+        ...design.mirrors.map((mirror, place) => element("tr", {}, ...line(mirror, place).map(cell))),
+      ),
     ),
   );
 }

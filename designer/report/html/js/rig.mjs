@@ -7,7 +7,8 @@ import { VIEWS, imagedPoint, traceRay } from "./optics.mjs";
 import { optionText } from "./rays.mjs";
 import { change, scenePoint, state, whenChanged } from "./state.mjs";
 
-const NO_WEBGL = "This browser offers no WebGL, so the rig cannot be drawn in 3-D. Everything else on this page works without it.";
+const NO_WEBGL =
+  "This browser offers no WebGL, so the rig cannot be drawn in 3-D. Everything else on this page works without it.";
 const AROUND = 72;
 const FAN_AZIMUTHS = 6;
 const TURN = 2 * Math.PI;
@@ -21,11 +22,14 @@ export function buildRig(data) {
     view.append(element("p", { class: "notice" }, "No configuration is feasible, so there is no rig to draw."));
     return;
   }
-  const watcher = new IntersectionObserver((entries) => {
-    if (!entries.some((entry) => entry.isIntersecting)) return;
-    watcher.disconnect();
-    open(data, names, view);
-  }, { rootMargin: "200px" });
+  const watcher = new IntersectionObserver(
+    (entries) => {
+      if (!entries.some((entry) => entry.isIntersecting)) return;
+      watcher.disconnect();
+      open(data, names, view);
+    },
+    { rootMargin: "200px" },
+  );
   watcher.observe(view);
 }
 
@@ -53,17 +57,35 @@ function open(data, names, view) {
     build(false);
   };
   const range = (label, key, most) => {
-    const input = element("input", { type: "range", min: 0, max: most, step: "any", value: shown[key], input: () => set({ [key]: Number(input.value) }) });
+    const input = element("input", {
+      type: "range",
+      min: 0,
+      max: most,
+      step: "any",
+      value: shown[key],
+      input: () => set({ [key]: Number(input.value) }),
+    });
     return labelled(label, input);
   };
-  const picker = choice(names.map((name) => [name, optionText(data, name)]), current().configuration, (name) => change({ selected: name }));
+  const picker = choice(
+    names.map((name) => [name, optionText(data, name)]),
+    current().configuration,
+    (name) => change({ selected: name }),
+  );
   const rays = element("input", { type: "checkbox", checked: true, change: () => set({ rays: rays.checked }) });
-  const sections = [["none", "none"], ["upright", "upright"], ["level", "level"]];
+  const sections = [
+    ["none", "none"],
+    ["upright", "upright"],
+    ["level", "level"],
+  ];
   const button = (text, action) => element("button", { type: "button", click: action }, text);
   document.getElementById("rig-controls").append(
     labelled("Design", picker),
     range("Cut open", "open", 300),
-    labelled("Section plane", choice(sections, "none", (value) => set({ section: value }))),
+    labelled(
+      "Section plane",
+      choice(sections, "none", (value) => set({ section: value })),
+    ),
     range("Place of the plane", "place", 1),
     range("Explode", "explode", 1),
     element("label", { class: "check" }, rays, "rays"),
@@ -71,12 +93,19 @@ function open(data, names, view) {
     button("From above", () => stage.aim(current(), "above")),
     button("Working volume", () => stage.aim(current(), "volume")),
   );
-  view.append(element("p", { class: "hint" }, "Drag to turn, scroll or pinch to zoom; with the keyboard: arrow keys turn, + and − zoom. Blue: upper view; orange: lower view; green: working volume; black: the scene point of the live ray."));
+  view.append(
+    element(
+      "p",
+      { class: "hint" },
+      "Drag to turn, scroll or pinch to zoom; with the keyboard: arrow keys turn, + and − zoom. Blue: upper view; orange: lower view; green: working volume; black: the scene point of the live ray.",
+    ),
+  );
   whenChanged((changed) => {
     if (changed.has("selected") && data.designs[state.selected]) {
       picker.value = state.selected;
       build(true);
-    } else if (["elevationShare", "distanceShare", "view"].some((name) => changed.has(name))) stage.showRays(current(), shown);
+    } else if (["elevationShare", "distanceShare", "view"].some((name) => changed.has(name)))
+      stage.showRays(current(), shown);
   });
   build(true);
 }
@@ -127,14 +156,21 @@ function stageIn(view, three) {
     const radius = offset.length() * zoom;
     const around = Math.atan2(offset.x, offset.z) + azimuth;
     const down = Math.min(Math.max(Math.acos(offset.y / offset.length()) + polar, 0.02), Math.PI - 0.02);
-    offset.set(Math.sin(down) * Math.sin(around), Math.cos(down), Math.sin(down) * Math.cos(around)).multiplyScalar(radius);
+    offset
+      .set(Math.sin(down) * Math.sin(around), Math.cos(down), Math.sin(down) * Math.cos(around))
+      .multiplyScalar(radius);
     camera.position.copy(controls.target).add(offset);
     controls.update();
     render();
   }
   const keys = {
-    ArrowLeft: [-0.12, 0, 1], ArrowRight: [0.12, 0, 1], ArrowUp: [0, -0.1, 1], ArrowDown: [0, 0.1, 1],
-    "+": [0, 0, 0.87], "=": [0, 0, 0.87], "-": [0, 0, 1.15],
+    ArrowLeft: [-0.12, 0, 1],
+    ArrowRight: [0.12, 0, 1],
+    ArrowUp: [0, -0.1, 1],
+    ArrowDown: [0, 0.1, 1],
+    "+": [0, 0, 0.87],
+    "=": [0, 0, 0.87],
+    "-": [0, 0, 1.15],
   };
   canvas.addEventListener("keydown", (event) => {
     if (!(event.key in keys)) return;
@@ -153,7 +189,10 @@ function stageIn(view, three) {
     const distance = reach / Math.min(camera.aspect, 1) ** 0.7;
     const direction = what === "above" ? [0.001, 1, 0.05] : [0.25, 0.32, 1];
     controls.target.set(0, middle, 0);
-    camera.position.set(...direction).setLength(distance).add(controls.target);
+    camera.position
+      .set(...direction)
+      .setLength(distance)
+      .add(controls.target);
     camera.near = size / 50;
     camera.far = 20 * distance + 20 * design.working_volume.distance_mm[1];
     camera.updateProjectionMatrix();
@@ -174,7 +213,9 @@ function stageIn(view, three) {
     const [low, high] = heightsOf(design);
     const upright = shown.section === "upright";
     plane.normal.set(0, upright ? 0 : -1, upright ? -1 : 0);
-    plane.constant = upright ? design.diameter_mm * (shown.place - 0.5) : low + shown.place * (high - low) * (1 + shown.explode);
+    plane.constant = upright
+      ? design.diameter_mm * (shown.place - 0.5)
+      : low + shown.place * (high - low) * (1 + shown.explode);
     solids = instead(solids, solidsOf(design, shown, shown.section === "none" ? [] : [plane], three));
     if (aims) aim(design, "rig");
     fit();
@@ -204,26 +245,47 @@ function solidsOf(design, shown, planes, three) {
   // The cut faces the camera, about the azimuth of +z.
   const from = Math.PI / 2 + wedge / 2;
   const sweep = TURN - wedge;
-  const solid = (profile, colour, lift = 0) => {
-    for (const [geometry, shade] of [[revolved(profile, from, sweep, three), colour], [cutFaces(profile, [from, from + sweep], three), CUT_COLOUR]]) {
-      const material = new three.MeshStandardMaterial({ color: shade, metalness: 0.15, roughness: 0.45, side: three.DoubleSide, clippingPlanes: planes });
-      const mesh = new three.Mesh(geometry, material);
-      mesh.position.y = lift;
-      group.add(mesh);
-    }
+  const add = (geometry, colour, lift = 0) => {
+    const material = new three.MeshStandardMaterial({
+      color: colour,
+      metalness: 0.15,
+      roughness: 0.45,
+      side: three.DoubleSide,
+      clippingPlanes: planes,
+    });
+    const mesh = new three.Mesh(geometry, material);
+    mesh.position.y = lift;
+    group.add(mesh);
   };
   const order = [...design.mirrors].sort((one, other) => one.vertex_mm - other.vertex_mm).map((mirror) => mirror.name);
   for (const mirror of design.mirrors) {
     const face = faceProfile(mirror, 1);
     const back = face.map(([r, z]) => [r, z + backOffset(mirror)]);
-    solid({ face, back }, 0xb9c4d0, shown.explode * 0.45 * (high - low) * (order.indexOf(mirror.name) + 1));
+    const lift = shown.explode * 0.45 * (high - low) * (order.indexOf(mirror.name) + 1);
+    add(revolved({ face, back }, from, sweep, three), 0xb9c4d0, lift);
+    if (wedge > 0) add(cutFaces({ face, back }, [from, from + sweep], three), CUT_COLOUR, lift);
   }
   const { camera } = design;
   const seat = camera.lens_front_mm - camera.lens_length_mm;
   const bottom = seat - 0.25 * (high - low);
-  const cylinder = (radius, floor, top) => ({ face: [[0, top], [radius, top]], back: [[0, floor], [radius, floor]] });
-  if (seat < camera.lens_front_mm) solid(cylinder(camera.lens_radius_mm, seat, camera.lens_front_mm), 0x4a4a4a);
-  if (camera.body_radius_mm > 0) solid(cylinder(camera.body_radius_mm, bottom, seat), 0x6e6e6e);
+  const cylinder = (radius, floor, top) =>
+    revolved(
+      {
+        face: [
+          [0, top],
+          [radius, top],
+        ],
+        back: [
+          [0, floor],
+          [radius, floor],
+        ],
+      },
+      0,
+      TURN,
+      three,
+    );
+  if (seat < camera.lens_front_mm) add(cylinder(camera.lens_radius_mm, seat, camera.lens_front_mm), 0x4a4a4a);
+  if (camera.body_radius_mm > 0) add(cylinder(camera.body_radius_mm, bottom, seat), 0x6e6e6e);
   return group;
 }
 
@@ -234,7 +296,9 @@ function linesOf(design, shown, three) {
   const lines = (points, colour, opacity) => {
     const geometry = new three.BufferGeometry();
     geometry.setAttribute("position", new three.Float32BufferAttribute(points.flat(), 3));
-    group.add(new three.LineSegments(geometry, new three.LineBasicMaterial({ color: colour, transparent: true, opacity })));
+    group.add(
+      new three.LineSegments(geometry, new three.LineBasicMaterial({ color: colour, transparent: true, opacity })),
+    );
   };
   if (shown.rays && shown.explode === 0) {
     const reach = 1.1 * Math.max(high - low, design.diameter_mm);
@@ -247,7 +311,10 @@ function linesOf(design, shown, three) {
       const { ray } = found.views[name];
       if (ray) lines(segments([...flipped(ray), found.point], 0), COLOUR[name], 1);
     }
-    const dot = new three.Mesh(new three.SphereGeometry(0.012 * at.distance, 16, 12), new three.MeshBasicMaterial({ color: 0x1a1a1a }));
+    const dot = new three.Mesh(
+      new three.SphereGeometry(0.012 * at.distance, 16, 12),
+      new three.MeshBasicMaterial({ color: 0x1a1a1a }),
+    );
     dot.position.set(found.point[0], found.point[1], 0);
     group.add(dot);
   }
@@ -287,7 +354,12 @@ function volumePoints(design) {
   const middle = (design.views.upper.viewpoint_mm + design.views.lower.viewpoint_mm) / 2;
   const slopes = design.working_volume.elevation_deg.map((angle) => Math.tan((angle * Math.PI) / 180));
   const [near, far] = design.working_volume.distance_mm;
-  const corners = [[near, slopes[0]], [far, slopes[0]], [far, slopes[1]], [near, slopes[1]]].map(([r, slope]) => [r, middle + slope * r]);
+  const corners = [
+    [near, slopes[0]],
+    [far, slopes[0]],
+    [far, slopes[1]],
+    [near, slopes[1]],
+  ].map(([r, slope]) => [r, middle + slope * r]);
   const found = [];
   for (const [r, z] of corners) {
     for (let place = 0; place < AROUND; place += 1) {

@@ -2,7 +2,14 @@
 
 const listeners = [];
 
-export const state = { selected: null, first: null, second: null, elevationShare: 0.5, distanceShare: 0.25, view: "both" };
+export const state = {
+  selected: null,
+  first: null,
+  second: null,
+  elevationShare: 0.5,
+  distanceShare: 0.25,
+  view: "both",
+};
 
 /** Call a function after every change, with the names of what has changed. */
 export function whenChanged(listener) {

@@ -5,11 +5,20 @@ import { choice, element, headingOf, labelled, shownValue, significant, typograp
 import { change, state } from "./state.mjs";
 
 const SHOWN = [
-  "rank", "configuration", "status", "depth_error_rms", "limit_ratio", "height_mm", "diameter_mm", "mass_g", "largest_blur_px",
-  "f_number", "baseline_mm",
+  "rank",
+  "configuration",
+  "status",
+  "depth_error_rms",
+  "limit_ratio",
+  "height_mm",
+  "diameter_mm",
+  "mass_g",
+  "largest_blur_px",
+  "f_number",
+  "baseline_mm",
 ];
 const SHORT = { largest_blur_px: "blur", mass_g: "mass", rank: "rank" };
-const STATUSES = ["feasible", "infeasible", "failed", "impossible"];
+const STATUSES = ["feasible", "infeasible", "failed", "impossible", "not judged"];
 const NUMBERS = ["depth_error_rms", "limit_ratio", "height_mm", "diameter_mm", "mass_g", "largest_blur_px", "f_number"];
 
 /** Build table and filters; returns what marks the selected row. */
@@ -27,13 +36,23 @@ export function buildTable(data) {
   function lineOfRow(row) {
     const name = row.configuration;
     const design = designs[name];
-    const button = element("button", { type: "button", "aria-expanded": "false", click: () => toggle(name), keydown: step }, name);
+    const button = element(
+      "button",
+      { type: "button", "aria-expanded": "false", click: () => toggle(name), keydown: step },
+      name,
+    );
     const cells = shown.map((column) => {
       if (column === "configuration") return element("td", { class: "name" }, button);
-      if (column === "status") return element("td", {}, element("span", { class: `status ${row.status}` }, row.status));
+      if (column === "status")
+        return element("td", {}, element("span", { class: `status ${row.status.replace(" ", "-")}` }, row.status));
       return element("td", { class: columns[column].is_number ? "number" : null }, shownValue(row, column, columns));
     });
-    const line = element("tr", { "data-name": name }, element("td", { class: "drawing" }, design ? thumbnail(design) : null), ...cells);
+    const line = element(
+      "tr",
+      { "data-name": name },
+      element("td", { class: "drawing" }, design ? thumbnail(design) : null),
+      ...cells,
+    );
     const why = element("tr", { class: "reason", hidden: true });
     return { row, line, why, button };
   }
@@ -44,7 +63,9 @@ export function buildTable(data) {
     if (opens) open.add(name);
     else open.delete(name);
     if (opens && !why.childElementCount) {
-      why.append(element("td", { colspan: shown.length + 1 }, ...explanation(row, designs[row.configuration], columns)));
+      why.append(
+        element("td", { colspan: shown.length + 1 }, ...explanation(row, designs[row.configuration], columns)),
+      );
     }
     why.hidden = !opens;
     button.setAttribute("aria-expanded", String(opens));
@@ -69,7 +90,14 @@ export function buildTable(data) {
   function passes(row) {
     if (!filter.statuses.has(row.status) || (filter.family && row.family !== filter.family)) return false;
     const words = `${row.configuration} ${row.variant ?? ""} ${row.reason ?? ""} ${row.lens ?? ""}`.toLowerCase();
-    if (filter.text && !filter.text.toLowerCase().split(/\s+/).every((word) => words.includes(word))) return false;
+    if (
+      filter.text &&
+      !filter.text
+        .toLowerCase()
+        .split(/\s+/)
+        .every((word) => words.includes(word))
+    )
+      return false;
     if (filter.bound === null) return true;
     const value = valueOf(row, filter.column, columns);
     return value !== null && (filter.sense === "most" ? value <= filter.bound : value >= filter.bound);
@@ -87,10 +115,12 @@ export function buildTable(data) {
         return order.falling ? -difference : difference;
       });
     }
-    body.replaceChildren(...kept.flatMap((row) => {
-      const { line, why } = lines.get(row.configuration);
-      return [line, why];
-    }));
+    body.replaceChildren(
+      ...kept.flatMap((row) => {
+        const { line, why } = lines.get(row.configuration);
+        return [line, why];
+      }),
+    );
     for (const [name, head] of heads) {
       const sort = order.name === name ? (order.falling ? "descending" : "ascending") : "none";
       head.setAttribute("aria-sort", sort);
@@ -102,17 +132,27 @@ export function buildTable(data) {
   function head(name) {
     const column = columns[name];
     const label = SHORT[name] ? (column.unit ? `${SHORT[name]} (${column.unit})` : SHORT[name]) : headingOf(column);
-    const button = element("button", { type: "button", title: `Sort by ${column.label}`, click: () => sortBy(name) }, label);
+    const button = element(
+      "button",
+      { type: "button", title: `Sort by ${column.label}`, click: () => sortBy(name) },
+      label,
+    );
     button.append(element("span", { class: "way", "aria-hidden": "true" }));
-    const cell = element("th", { scope: "col", class: column.is_number ? "number" : null, "aria-sort": "none" }, button);
+    const cell = element(
+      "th",
+      { scope: "col", class: column.is_number ? "number" : null, "aria-sort": "none" },
+      button,
+    );
     heads.set(name, cell);
     return cell;
   }
 
-  document.getElementById("table").append(
-    element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "section"), ...shown.map(head))),
-    body,
-  );
+  document
+    .getElementById("table")
+    .append(
+      element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "section"), ...shown.map(head))),
+      body,
+    );
   document.getElementById("filters").append(...filters(filter, rows, columns, fill));
   fill();
   return () => {
@@ -125,14 +165,23 @@ function filters(filter, rows, columns, changed) {
     Object.assign(filter, values);
     changed();
   };
-  const search = element("input", { type: "search", id: "search", placeholder: "name, variant or reason", input: () => set({ text: search.value.trim() }) });
+  const search = element("input", {
+    type: "search",
+    id: "search",
+    placeholder: "name, variant or reason",
+    input: () => set({ text: search.value.trim() }),
+  });
   const bound = element("input", {
-    type: "number", step: "any", "aria-label": "Bound", placeholder: "any",
+    type: "number",
+    step: "any",
+    "aria-label": "Bound",
+    placeholder: "any",
     input: () => set({ bound: bound.value === "" ? null : Number(bound.value) }),
   });
   const boxes = STATUSES.filter((status) => rows.some((row) => row.status === status)).map((status) => {
     const box = element("input", {
-      type: "checkbox", checked: true,
+      type: "checkbox",
+      checked: true,
       change: () => {
         if (box.checked) filter.statuses.add(status);
         else filter.statuses.delete(status);
@@ -141,13 +190,31 @@ function filters(filter, rows, columns, changed) {
     });
     return element("label", {}, box, status);
   });
-  const families = [["", "all"], ["direct", "direct"], ["folded", "folded"]];
-  const sense = choice([["most", "at most"], ["least", "at least"]], "most", (value) => set({ sense: value }));
+  const families = [
+    ["", "all"],
+    ["direct", "direct"],
+    ["folded", "folded"],
+  ];
+  const sense = choice(
+    [
+      ["most", "at most"],
+      ["least", "at least"],
+    ],
+    "most",
+    (value) => set({ sense: value }),
+  );
   sense.setAttribute("aria-label", "At most or at least");
-  const column = choice(NUMBERS.map((name) => [name, headingOf(columns[name])]), filter.column, (value) => set({ column: value }));
+  const column = choice(
+    NUMBERS.map((name) => [name, headingOf(columns[name])]),
+    filter.column,
+    (value) => set({ column: value }),
+  );
   return [
     labelled("Search", search),
-    labelled("Family", choice(families, "", (value) => set({ family: value }))),
+    labelled(
+      "Family",
+      choice(families, "", (value) => set({ family: value })),
+    ),
     labelled("Only with", column),
     sense,
     bound,
@@ -166,14 +233,17 @@ export function explanation(row, design, columns) {
     const closest = row.closest_constraint
       ? `Limiting constraint: ${row.closest_constraint}, violated by ${significant(row.closest_violation)} ${row.closest_unit ?? ""} at the nearest point found.`
       : null;
-    const effort = row.solves ? `The solver ran ${row.solves} times from ${row.starts ?? "several"} starts. That is a search, not a proof.` : null;
+    const effort = row.solves
+      ? `The solver ran ${row.solves} times from ${row.starts ?? "several"} starts. That is a search, not a proof.`
+      : null;
     return [
       element("p", {}, element("strong", {}, "No feasible design found: "), typographic(reason)),
       closest && sentence(closest),
       effort && sentence(effort),
     ];
   }
-  if (row.status === "failed") return [element("p", {}, element("strong", {}, "The computation failed: "), typographic(reason))];
+  if (row.status === "failed")
+    return [element("p", {}, element("strong", {}, "The computation failed: "), typographic(reason))];
   const facts = [
     row.variant,
     row.lens && `lens: ${row.lens}`,
@@ -188,10 +258,13 @@ export function explanation(row, design, columns) {
     document.getElementById(place).scrollIntoView();
   };
   return [
-    sentence(`Feasible: ${facts.join("; ")}.`),
+    sentence(
+      `${row.status === "feasible" ? "Feasible" : "As recorded, not traced (designer trace does that)"}: ${facts.join("; ")}.`,
+    ),
     ...(design?.notes ?? []).map((note) => sentence(`Before ordering: ${note}.`)),
     element(
-      "p", { class: "quick" },
+      "p",
+      { class: "quick" },
       element("button", { type: "button", click: show({ selected: row.configuration }, "rays") }, "Live ray"),
       element("button", { type: "button", click: show({ selected: row.configuration }, "rig") }, "3-D"),
       element("button", { type: "button", click: show({ first: row.configuration }, "side-by-side") }, "Compare as A"),
