@@ -9,6 +9,7 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from sample_study import prototype, two_direct_mirrors, write_sample_study
 
@@ -276,6 +277,17 @@ def test_what_the_scale_does_is_told_where_a_table_has_it(tmp_path: Path) -> Non
         assert text.count("0.1 px of noise and 0.03 % of image scale") == told
         assert f'("scale uncertainty", "{uncertainty} %")' in text
     assert write_pdf(read_study(path), path).exists()
+
+
+def test_azimuths_that_the_sensor_cuts_off_are_told_beside_the_requirement(tmp_path: Path) -> None:
+    """On a square sensor a circle of radius r loses 4 arccos(side / 2r) of 2 pi; here a third."""
+    study = read_study(write_sample_study(tmp_path / "wide", designs=(prototype(),)))
+    assert "beyond the sensor" not in source(study, {})
+    camera = study.requirement.camera
+    square = {"width_px": 1000, "height_px": 1000, "image_circle_radius_px": 500 / np.cos(np.pi / 12)}
+    wide = study.requirement.model_copy(update={"camera": camera.model_copy(update=square)})
+    told = source(replace(study, requirement=wide), {})
+    assert "33 % of all azimuths lie beyond the sensor" in told
 
 
 def test_the_least_limit_is_told_where_it_is_not_the_designs_own(tmp_path: Path) -> None:

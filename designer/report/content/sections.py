@@ -40,6 +40,7 @@ from designer.report.figures.registry import (
 )
 from designer.report.typst.markup import call, cells, literal, number, plain_number, text, typographic
 from designer.requirement import PREDICTED
+from designer.requirement.notes import notes_on
 from designer.study.ranking import tolerance_in_words
 from designer.study.row import Row
 from designer.study.study import Study
@@ -91,6 +92,7 @@ def title_page(study: Study, note: str = "") -> str:
         verdict(study),
         lenses(study),
         "= Requirement",
+        requirement_notes(study),
         requirement_table(study),
     ]
     return "\n".join(lines)
@@ -108,6 +110,11 @@ def lenses(study: Study) -> str:
         "decides."
     )
     return f"= Lenses <lenses>\n{note}\n{lens_choice(rows)}"
+
+
+def requirement_notes(study: Study) -> str:
+    """What the requirement allows but its author may not expect; nothing if there is nothing."""
+    return "\n\n".join(text(_sentence(note)) for note in notes_on(study.requirement))
 
 
 def requirement_table(study: Study) -> str:
