@@ -58,6 +58,7 @@ def test_a_study_without_checks_and_pdf_needs_no_extra(tmp_path):
     assert ended.returncode == 0, ended.stderr
     design = tmp_path / "found" / "designs" / f"{configuration}.json"
     assert json.loads(design.read_text(encoding="utf-8"))["configuration"] == configuration
+    assert configuration in (tmp_path / "found" / "study.html").read_text(encoding="utf-8")
     for arguments in (
         ["trace", str(design)],
         ["evaluate", str(design)],

@@ -22,6 +22,7 @@ from designer.cli.stereo import stereo
 from designer.cli.study import report, study
 from designer.cli.sweep import sweep
 from designer.cli.tolerance import tolerance
+from designer.cli.view import view
 from designer.files import InputError
 
 INPUT_ERROR, FAILURE, INTERRUPTED, TERMINATED = 2, 1, 130, 143
@@ -65,6 +66,7 @@ for command in (
     evaluate,
     init,
     report,
+    view,
     render,
     stereo,
     check,

@@ -1,4 +1,4 @@
-"""``designer study`` and ``designer report``: from a requirement to a ranked trade study, and its PDF."""
+"""``designer study`` and ``designer report``: from a requirement to a ranked trade study, its page and its PDF."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _is_requirement(word: str) -> bool:
 @click.command(cls=_WordsAfterOnly)
 @click.argument("requirement", type=click.Path(path_type=Path), metavar="REQUIREMENT.toml")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for the results.  [default: reports/NAME]")
-@click.option("--no-pdf", is_flag=True, help="Do not write study.pdf and its figures.")
+@click.option("--no-pdf", is_flag=True, help="Do not write study.pdf and its figures; study.html needs neither.")
 @click.option(
     "--only", multiple=True, metavar="NAME...", help="Study only these configurations (names or glob patterns)."
 )
@@ -118,20 +118,22 @@ def _run(asked: Requirement, folder: Path, with_pdf: bool, checks: int, jobs: in
     with show_progress(quiet=quiet) as progress:
         found = run_study(asked, folder, jobs=jobs or cores(), progress=progress)
     _check_best(found, folder, checks, jobs or cores(), quiet)
+    whole = with_checks(found, folder)
+    page = _write_page(whole, folder)
     pdf = None
     if with_pdf:
         if not quiet:
             click.echo("Typesetting study.pdf ...", err=True)
-        pdf = _typeset(with_checks(found, folder), folder, quiet)
+        pdf = _typeset(whole, folder, quiet)
     if not quiet:
-        click.echo(_result(found, folder, pdf))
+        click.echo(f"{_result(found, folder, pdf)}\n{page}")
 
 
 @click.command()
 @click.argument("folder", type=click.Path(path_type=Path), metavar="STUDY_FOLDER")
 @needs("report")
 def report(folder: Path) -> None:
-    """Typeset study.pdf again from the folder of a study."""
+    """Typeset study.pdf and write study.html again from the folder of a study."""
     if not folder.is_dir():
         raise InputError(f"{folder}: must be the folder of a study")
     from designer.study.claim import locked
@@ -142,7 +144,9 @@ def report(folder: Path) -> None:
         raise InputError(f"{folder}: not the folder of a study: it contains neither {RESULTS} nor {REQUIREMENT}")
 
     with locked(folder):
-        click.echo(_typeset(read_study(folder), folder))
+        found = read_study(folder)
+        click.echo(_typeset(found, folder))
+        click.echo(_write_page(found, folder))
 
 
 def _refuse_too_large(asked: Requirement) -> None:
@@ -190,6 +194,12 @@ def _typeset(found: Study, folder: Path, quiet: bool = False) -> Path:
         click.echo(f"study.pdf: {note}", err=True)
 
     return write_pdf(found, folder, None if quiet else tell)
+
+
+def _write_page(found: Study, folder: Path) -> Path:
+    from designer.report.html.document import write_html
+
+    return write_html(found, folder)
 
 
 def _result(found: Study, folder: Path, pdf: Path | None) -> str:

@@ -2,8 +2,8 @@
 
 ``designs.csv`` (a row for each configuration), ``designs/`` (a file for each feasible design), ``fronts.csv`` (Pareto
 fronts), ``lenses.csv`` (what each lens of a catalogue gives), ``requirement.toml``, ``provenance.json`` (written last
-of the study), ``checks/``, ``study.pdf``, ``figures/`` and ``manifest.json`` (which of the folder's files are the
-study's own).
+of the study), ``checks/``, ``study.html``, ``study.pdf``, ``figures/`` and ``manifest.json`` (which of the folder's
+files are the study's own).
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ from designer.study.names import (
     FIGURE_LIST,
     FIGURES,
     LENSES,
+    PAGE,
     PARETO,
     PDF,
     PROVENANCE,
@@ -100,6 +101,20 @@ def write_report(folder: Path, pdf: bytes, figures: Mapping[str, bytes]) -> Path
         write_atomically(folder / name, content)
     settle(folder, files)
     return folder / PDF
+
+
+def write_page(folder: Path, page: str) -> Path:
+    """Write ``study.html`` and return its path.
+
+    Raises
+    ------
+    InputError
+        A file is in the way that no study wrote, or that has been changed since; nothing is written.
+    """
+    announce(folder, [PAGE])
+    write_atomically(folder / PAGE, page)
+    settle(folder, [PAGE])
+    return folder / PAGE
 
 
 def pareto_frame(pareto: Sequence[ParetoRow]) -> pd.DataFrame:
@@ -174,6 +189,8 @@ def with_checks(study: Study, folder: Path) -> Study:
     InputError
         A file of a check is absent or cannot be understood.
     """
+    if not (folder / CHECKS).exists():
+        return study
     from designer.study.checked import read_check, read_unchecked
 
     checks = {name: read_check(check_folder(folder, name), design) for name, design in study.designs.items()}

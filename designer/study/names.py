@@ -15,6 +15,7 @@ CHECKS = "checks"
 UNCHECKED = "unchecked.json"
 """In a check's folder: why a design could not be checked."""
 PDF = "study.pdf"
+PAGE = "study.html"
 FIGURES = "figures"
 FIGURE_LIST = "report.json"
 """In the folder of figures: the names of those that the report has drawn, since others may stand beside them."""
@@ -48,7 +49,7 @@ def figure_name(file: str) -> str:
 
 def names_of_study(configurations: Iterable[str]) -> tuple[str, ...]:
     """The names of all files that a study of some configurations may write, but for figures."""
-    names = [REQUIREMENT, RESULTS, PARETO, LENSES, PROVENANCE, PDF, figure_name(FIGURE_LIST)]
+    names = [REQUIREMENT, RESULTS, PARETO, LENSES, PROVENANCE, PDF, PAGE, figure_name(FIGURE_LIST)]
     for configuration in configurations:
         names += [design_name(configuration), *names_of_check(configuration)]
     return tuple(names)

@@ -57,6 +57,10 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
             tell("the fonts lack characters of title")
         return study_dir / "study.pdf"
 
+    def write_html(study: Study, study_dir: Path) -> Path:
+        seen.pages.append(study_dir)
+        return study_dir / "study.html"
+
     def check_designs(
         designs: list[Design], study_dir: Path, *, jobs: int, progress: Callable[[CheckProgress], None] | None
     ) -> None:
@@ -68,6 +72,7 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
         ("designer.study.run", (run_study,)),
         ("designer.study.checks", (check_designs, CheckProgress)),
         ("designer.report.document", (write_pdf,)),
+        ("designer.report.html.document", (write_html,)),
     ):
         module = ModuleType(name)
         for function in functions:

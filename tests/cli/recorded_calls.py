@@ -18,5 +18,6 @@ class Calls:
     only: list[tuple[str, ...]] = field(default_factory=list)
     checks: list[list[str]] = field(default_factory=list)
     reports: list[Path] = field(default_factory=list)
+    pages: list[Path] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     lenses: tuple[LensRow, ...] = ()

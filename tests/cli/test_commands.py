@@ -81,14 +81,14 @@ def test_init_writes_a_valid_requirement_and_overwrites_nothing(asked: Path) -> 
 def test_a_study_goes_to_reports_and_ends_with_the_ranking(asked: Path, calls: Calls) -> None:
     result = run("study", asked)
     assert result.exit_code == 0
-    assert calls.folders == calls.reports == [Path("reports/my")]
+    assert calls.folders == calls.pages == calls.reports == [Path("reports/my")]
     assert calls.only == [("*",)]
     assert calls.jobs[0] >= 1
     assert calls.requirements == [read_requirement(asked)]
     table = result.stdout.splitlines()
     assert table[2].split() == ["1", "folded-HyPl-Hy-upper_outer", "1.230", "%", "1.004", "100.0", "118.2", "61.5", "-"]
     assert table[3] == "3 configurations: 1 feasible, 1 infeasible, 1 impossible"
-    assert table[4] == "reports/my/study.pdf"
+    assert table[4:] == ["reports/my/study.pdf", "reports/my/study.html"]
     assert result.stderr.splitlines() == [
         "[1/2] direct-HyHy-upper_outer: infeasible (0 feasible so far, 2 s left)",
         "[2/2] folded-HyPl-Hy-upper_outer: feasible (1 feasible so far, 0 s left)",
@@ -164,6 +164,7 @@ def test_a_quiet_study_without_pdf_elsewhere(asked: Path, calls: Calls) -> None:
     result = run("study", "--quiet", "--no-pdf", "--jobs", 3, "--out", "else/where", asked)
     assert (result.exit_code, result.output) == (0, "")
     assert (calls.folders, calls.jobs, calls.reports) == ([Path("else/where")], [3], [])
+    assert calls.pages == [Path("else/where")]
 
 
 def test_as_many_designs_are_checked_as_asked(asked: Path, calls: Calls) -> None:
@@ -255,7 +256,7 @@ def test_a_report_is_typeset_again(asked: Path, calls: Calls) -> None:
         "designer: folder: not the folder of a study: it contains neither designs.csv nor requirement.toml"
     )
     Path("folder/designs.csv").write_text(calls.designs, encoding="utf-8")
-    assert run("report", "folder").stdout == "folder/study.pdf\n"
+    assert run("report", "folder").stdout == "folder/study.pdf\nfolder/study.html\n"
     assert "absent: must be the folder of a study" in refused("report", "absent")
 
 

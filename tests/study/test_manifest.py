@@ -15,9 +15,9 @@ import pytest
 from designer.design import read_design
 from designer.files import InputError
 from designer.study.claim import claimed, locked
-from designer.study.folder import remove_checks, write_report, write_study
+from designer.study.folder import remove_checks, write_page, write_report, write_study
 from designer.study.manifest import MANIFEST, announce, read_manifest, settle
-from designer.study.names import names_of_check, names_of_study
+from designer.study.names import PAGE, names_of_check, names_of_study
 from designer.study.row import Row
 from designer.study.study import Study
 from support import DATA
@@ -46,6 +46,7 @@ def write_whole(folder: Path) -> None:
     for name in names[:-1]:
         (folder / name).write_text("a check", encoding="utf-8")
     settle(folder, names)
+    write_page(folder, "<!DOCTYPE html>")
     write_report(folder, b"%PDF-", {"trade-height.svg": b"<svg/>", f"cross-section-{NAME}.svg": b"<svg/>"})
 
 
@@ -72,11 +73,12 @@ def put_mine(folder: Path) -> dict[str, bytes]:
 def forget_manifest(folder: Path) -> None:
     """Make a folder as version 0.2 left it."""
     (folder / MANIFEST).unlink()
+    (folder / PAGE).unlink(missing_ok=True)
 
 
 def forget_manifest_and_figures(folder: Path) -> None:
     """Make a folder as version 0.1 left it."""
-    (folder / MANIFEST).unlink()
+    forget_manifest(folder)
     (folder / "figures" / "report.json").unlink()
 
 
@@ -109,7 +111,10 @@ def test_a_second_study_leaves_what_is_not_its_own(age: Callable[[Path], None], 
     }
 
 
-@pytest.mark.parametrize("name", ["requirement.toml", f"designs/{NAME}.json", "study.pdf", "figures/trade-height.svg"])
+@pytest.mark.parametrize(
+    "name",
+    ["requirement.toml", f"designs/{NAME}.json", "study.html", "study.pdf", "figures/trade-height.svg"],
+)
 def test_what_was_changed_stays_and_is_named_before_the_work(name: str, tmp_path: Path) -> None:
     write_whole(tmp_path)
     (tmp_path / name).write_text("changed", encoding="utf-8")
@@ -117,11 +122,17 @@ def test_what_was_changed_stays_and_is_named_before_the_work(name: str, tmp_path
     message = f"{name}: not written by the study, or changed since; move it away"
     with pytest.raises(InputError, match=message), claimed(tmp_path, names_of_study([NAME])):
         pass
-    of_study = name.endswith((".toml", ".json"))
+
+    def write() -> None:
+        if name.endswith((".toml", ".json")):
+            write_study(study_of(NAME), tmp_path)
+        elif name == "study.html":
+            write_page(tmp_path, "<!DOCTYPE html><p>")
+        else:
+            write_report(tmp_path, b"%PDF-", {"trade-height.svg": b"<svg/>"})
+
     with pytest.raises(InputError, match=message):
-        write_study(study_of(NAME), tmp_path) if of_study else write_report(
-            tmp_path, b"%PDF-", {"trade-height.svg": b"<svg/>"}
-        )
+        write()
     assert files_of(tmp_path)[name] == before[name]
 
 
