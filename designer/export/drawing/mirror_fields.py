@@ -48,8 +48,9 @@ def _surface(design: Design, mirror: Mirror, face: FaceDimensions) -> list[tuple
         ("", "z: distance right of the plane through V, at the distance r from the axis"),
         ("with numbers", _with_numbers(face.radius_mm, mirror.conic)),
         (
-            "to check: r → z",
-            "; ".join(f"{number(r, 3)} → {number(depth_mm(mirror, r), 6)}" for r in _check_radii(face)),
+            "sag at r: r → z",
+            "; ".join(f"{number(r, 3)} → {number(depth_mm(mirror, r), 6)}" for r in _check_radii(face))
+            + " (ends and middle of the clear aperture)",
         ),
         ("best-fit sphere", _sphere_words(shape.best_sphere_radius_mm, shape.sphere_departure_mm, hollow)),
         ("steepest slope", f"{number(slope, 3)}° from the plane across the axis"),
