@@ -8,16 +8,18 @@ import mpmath
 import numpy as np
 import pytest
 
-from designer.design import Design, Mirror
+from designer.design import Design, Mirror, read_design
 from designer.evaluate.face_dimensions import decimals_that_matter, face_dimensions
 from designer.export.drawing.paper import TEXT_PT, hatched, text_width_mm
 from designer.export.drawing.sheets import drawing_sheets, sheet_sources
 from designer.extras import is_installed
 from designer.files import InputError
+from support import DATA
 from support.studied_designs import NAMES, SHARP_NAMES, sharp_design, studied_design
 
 NEEDS_TYPST = pytest.mark.skipif(not is_installed("drawing"), reason="typst, which typesets sheets, is not installed")
 NANOMETRE = 1e-6
+PROTOTYPE = read_design(DATA / "folded_hypl_hy.json")
 NUMBER = r"([+−]?[\d.]+(?:e[+−]?\d+)?)"
 
 
@@ -151,7 +153,7 @@ def label_boxes(source: str) -> list[tuple[str, np.ndarray]]:
     return boxes
 
 
-@pytest.mark.parametrize("design", [*map(studied_design, NAMES), *map(sharp_design, SHARP_NAMES)])
+@pytest.mark.parametrize("design", [*map(studied_design, NAMES), *map(sharp_design, SHARP_NAMES), PROTOTYPE])
 def test_no_words_of_a_drawing_overlap_or_leave_it(design: Design) -> None:
     for source in sheet_sources(design).values():
         (width,) = re.findall(r"drawing-width: ([\d.]+)mm", source)
@@ -162,6 +164,15 @@ def test_no_words_of_a_drawing_overlap_or_leave_it(design: Design) -> None:
         for index, (text, (low, high)) in enumerate(boxes):
             for other, (least, most) in boxes[:index]:
                 assert (high < least).any() or (most < low).any(), (text, other)
+
+
+def test_a_mirror_without_a_hole_is_cut_in_one_piece_and_has_no_dimension_of_one() -> None:
+    whole = sheet_sources(PROTOTYPE)["secondary"]
+    assert PROTOTYPE.mirror("secondary").inner_radius_mm == 0.0
+    # Outlines are thick polygons; arrowheads are thin ones.
+    assert whole.count("polygon(stroke: 0.5mm") == 1
+    assert sheet_sources(PROTOTYPE)["primary"].count("polygon(stroke: 0.5mm") == 2
+    assert [text for text, _ in label_boxes(whole) if "⌀" in text] == ["⌀17.116"]
 
 
 def test_a_clear_aperture_without_a_margin_is_the_face_and_said_to_be() -> None:
@@ -219,7 +230,7 @@ def test_what_no_sheet_holds_is_refused(changes: dict[str, object], words: str) 
 def test_a_camera_that_no_sheet_holds_is_named() -> None:
     design = studied_design(NAMES[0])
     camera = design.camera.model_copy(update={"lens_front_mm": -1e300})
-    with pytest.raises(InputError, match="camera.lens_front_mm = -1e\\+300: cannot be drawn"):
+    with pytest.raises(InputError, match=r"camera\.lens_front_mm = -1e\+300: cannot be drawn"):
         sheet_sources(design.model_copy(update={"camera": camera}))
 
 

@@ -126,7 +126,7 @@ def _blank(design: Design, mirror: Mirror) -> list[tuple[str, str]]:
     thickness = (
         []
         if mirror.thickness_mm == 0.0
-        else [("thickness", f"as dimensioned, along the axis, from hole to edge; {_across(design, mirror)}")]
+        else [("thickness", f"as dimensioned, along the axis, everywhere; {_across(design, mirror)}")]
     )
     return [
         ("material", f"{ALUMINIUM_6061.name}, {ALUMINIUM_6061.process}, unless agreed otherwise"),
@@ -148,7 +148,10 @@ def _across(design: Design, mirror: Mirror) -> str:
 
 def _in_full(mirror: Mirror) -> list[tuple[str, str]]:
     return [
-        ("radius of the hole", exactly(mirror.inner_radius_mm)),
+        (
+            "radius of the hole",
+            exactly(mirror.inner_radius_mm) + ("" if mirror.inner_radius_mm > 0.0 else " (no hole)"),
+        ),
         ("radius of the edge", exactly(mirror.outer_radius_mm)),
         ("thickness", exactly(mirror.thickness_mm)),
     ]
