@@ -19,6 +19,9 @@ from designer.trace.instrument import sag
 
 Point = tuple[float, float]
 
+# What is shorter than a CAD kernel's tolerance is no edge to it; what is larger loses it in rounding.
+_LEAST_MM, _LARGEST_MM = 1e-4, 1e6
+
 
 @dataclass(frozen=True, slots=True)
 class ConicArc:
@@ -77,3 +80,24 @@ def height_over_chord_mm(arc: ConicArc) -> float:
 def _between(first: Point, second: Point, weight: float) -> Point:
     """The mean of two points, the second of them with a weight."""
     return (first[0] + weight * second[0]) / (1.0 + weight), (first[1] + weight * second[1]) / (1.0 + weight)
+
+
+def check_solid(mirror: Mirror) -> None:
+    """Refuse a mirror that is no solid which a CAD program can hold.
+
+    Raises
+    ------
+    InputError
+        It has no thickness, or is too small or too large.
+    """
+    if mirror.thickness_mm == 0.0:
+        raise InputError(f"mirror {mirror.name}: has no thickness, so it is no solid")
+    widths = [mirror.thickness_mm, mirror.outer_radius_mm - mirror.inner_radius_mm]
+    if mirror.inner_radius_mm > 0.0:
+        widths.append(mirror.inner_radius_mm)
+    largest = max(mirror.outer_radius_mm, abs(mirror.vertex_mm), mirror.thickness_mm)
+    if min(widths) < _LEAST_MM or largest > _LARGEST_MM:
+        raise InputError(
+            f"mirror {mirror.name}: no solid that CAD can hold; thickness, width and hole must be at least "
+            f"{_LEAST_MM:g} mm, and nothing larger than {_LARGEST_MM:g} mm"
+        )

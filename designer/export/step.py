@@ -12,11 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from designer.design import Design, Mirror
-from designer.export.conic_arc import ConicArc, profile_arc
+from designer.export.conic_arc import ConicArc, check_solid, profile_arc
 from designer.files import InputError
 
-# What is shorter than the kernel's tolerance is no edge to it.
-_LEAST_MM, _LARGEST_MM = 1e-4, 1e6
 _WRITTEN_AT = re.compile(rb"'\d{4}-\d\d-\d\dT[\d:]+'")
 _PLAIN = re.compile(r"[A-Za-z0-9_. -]{1,100}")
 _PART = "mirror"
@@ -47,7 +45,7 @@ def mirror_solid(mirror: Mirror) -> Any:
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeRevol
     from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt
 
-    _check(mirror)
+    check_solid(mirror)
     face, offset = profile_arc(mirror), mirror.back_offset_mm
     back = ConicArc(tuple((r, z + offset) for r, z in face.points), face.weight)  # type: ignore[arg-type]
     wire = BRepBuilderAPI_MakeWire()
@@ -63,19 +61,6 @@ def mirror_solid(mirror: Mirror) -> Any:
     if not BRepCheck_Analyzer(solid).IsValid():
         raise InputError(f"mirror {mirror.name}: the CAD kernel finds no closed solid")
     return solid
-
-
-def _check(mirror: Mirror) -> None:
-    if mirror.thickness_mm == 0.0:
-        raise InputError(f"mirror {mirror.name}: has no thickness, so it is no solid")
-    widths = (mirror.thickness_mm, mirror.outer_radius_mm - mirror.inner_radius_mm)
-    hole = mirror.inner_radius_mm
-    largest = max(mirror.outer_radius_mm, abs(mirror.vertex_mm), mirror.thickness_mm)
-    if min(widths) < _LEAST_MM or 0.0 < hole < _LEAST_MM or largest > _LARGEST_MM:
-        raise InputError(
-            f"mirror {mirror.name}: cannot be built by the CAD kernel; thickness, width and hole must be at least "
-            f"{_LEAST_MM:g} mm, and nothing larger than {_LARGEST_MM:g} mm"
-        )
 
 
 def _point(point: tuple[float, float]) -> Any:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.design import Design, Mirror
-from designer.export.conic_arc import ConicArc, height_over_chord_mm, profile_arc, split
+from designer.export.conic_arc import ConicArc, check_solid, height_over_chord_mm, profile_arc, split
 from designer.files import InputError
 from designer.trace.instrument import sag
 
@@ -56,8 +56,7 @@ def mirror_mesh(mirror: Mirror) -> Mesh:
     InputError
         The mirror has no thickness, or is too large or too steep for triangles of this accuracy.
     """
-    if mirror.thickness_mm == 0.0:
-        raise InputError(f"mirror {mirror.name}: has no thickness, so it is no solid")
+    check_solid(mirror)
     meridians = _meridians(mirror)
     most = _MOST_TRIANGLES / (4 * meridians)
     radii = _radii(mirror, most)

@@ -8,16 +8,18 @@ import mpmath
 import numpy as np
 import pytest
 
-from designer.design import Design, Mirror
+from designer.design import Design, Mirror, read_design
 from designer.evaluate.face_dimensions import decimals_that_matter, face_dimensions
-from designer.export.drawing.paper import hatched
+from designer.export.drawing.paper import TEXT_PT, hatched, text_width_mm
 from designer.export.drawing.sheets import drawing_sheets, sheet_sources
 from designer.extras import is_installed
 from designer.files import InputError
+from support import DATA
 from support.studied_designs import NAMES, SHARP_NAMES, sharp_design, studied_design
 
 NEEDS_TYPST = pytest.mark.skipif(not is_installed("drawing"), reason="typst, which typesets sheets, is not installed")
 NANOMETRE = 1e-6
+PROTOTYPE = read_design(DATA / "folded_hypl_hy.json")
 NUMBER = r"([+−]?[\d.]+(?:e[+−]?\d+)?)"
 
 
@@ -134,6 +136,45 @@ def test_every_dimension_stands_once_and_agrees_with_the_part(name: str) -> None
                 assert abs(upwards * true - number_of(depth)) < 0.51 * NANOMETRE
 
 
+def label_boxes(source: str) -> list[tuple[str, np.ndarray]]:
+    """Text of each label with the corners (2, 2) of its box on paper, mm."""
+    boxes = []
+    pattern = r'#label-at\(([-\d.]+)mm, ([-\d.]+)mm, "([^"]*)", (\w+)(, upright: true)?, size: ([\d.]+)pt\)'
+    for x, y, text, anchor, upright, size in re.findall(pattern, source):
+        wide, high = text_width_mm(text) * float(size) / TEXT_PT, 0.7 * 0.3528 * float(size)
+        shift = {"center": 0.0, "left": wide / 2.0, "right": -wide / 2.0}[anchor]
+        half = np.array([high, wide] if upright else [wide, high]) / 2.0
+        middle = np.array([float(x) + shift, float(y)])
+        boxes.append((text, np.array([middle - half, middle + half])))
+    for x, y, text in re.findall(r'#balloon-at\(([-\d.]+)mm, ([-\d.]+)mm, "([^"]*)"\)', source):
+        middle = np.array([float(x), float(y)])
+        boxes.append((text, np.array([middle - 2.4, middle + 2.4])))
+    assert len(boxes) == source.count("#label-at") + source.count("#balloon-at")
+    return boxes
+
+
+@pytest.mark.parametrize("design", [*map(studied_design, NAMES), *map(sharp_design, SHARP_NAMES), PROTOTYPE])
+def test_no_words_of_a_drawing_overlap_or_leave_it(design: Design) -> None:
+    for source in sheet_sources(design).values():
+        (width,) = re.findall(r"drawing-width: ([\d.]+)mm", source)
+        boxes = label_boxes(source)
+        for text, (low, high) in boxes:
+            assert (low > 1.0).all(), text
+            assert (high < [float(width) - 1.0, 189.0]).all(), text
+        for index, (text, (low, high)) in enumerate(boxes):
+            for other, (least, most) in boxes[:index]:
+                assert (high < least).any() or (most < low).any(), (text, other)
+
+
+def test_a_mirror_without_a_hole_is_cut_in_one_piece_and_has_no_dimension_of_one() -> None:
+    whole = sheet_sources(PROTOTYPE)["secondary"]
+    assert PROTOTYPE.mirror("secondary").inner_radius_mm == 0.0
+    # Outlines are thick polygons; arrowheads are thin ones.
+    assert whole.count("polygon(stroke: 0.5mm") == 1
+    assert sheet_sources(PROTOTYPE)["primary"].count("polygon(stroke: 0.5mm") == 2
+    assert [text for text, _ in label_boxes(whole) if "⌀" in text] == ["⌀17.116"]
+
+
 def test_a_clear_aperture_without_a_margin_is_the_face_and_said_to_be() -> None:
     design = sharp_design(SHARP_NAMES[0]).model_copy(update={"edge_margin_mm": None})
     for mirror in design.mirrors:
@@ -172,10 +213,29 @@ def test_hatching_stays_inside_its_outline() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"), [({"name": "Assembly"}, "the sheet of the assembly"), ({"outer_radius_mm": 1e7}, "drawn")]
+    ("changes", "words"),
+    [
+        ({"name": "Assembly"}, "the sheet of the assembly"),
+        ({"outer_radius_mm": 1e7}, "drawn"),
+        ({"radius_mm": 1e200}, "drawn"),
+    ],
 )
 def test_what_no_sheet_holds_is_refused(changes: dict[str, object], words: str) -> None:
     design = studied_design(NAMES[0])
     mirror = design.mirrors[0].model_copy(update=changes)
     with pytest.raises(InputError, match=words):
         sheet_sources(design.model_copy(update={"mirrors": (mirror, *design.mirrors[1:])}))
+
+
+def test_a_camera_that_no_sheet_holds_is_named() -> None:
+    design = studied_design(NAMES[0])
+    camera = design.camera.model_copy(update={"lens_front_mm": -1e300})
+    with pytest.raises(InputError, match=r"camera\.lens_front_mm = -1e\+300: cannot be drawn"):
+        sheet_sources(design.model_copy(update={"camera": camera}))
+
+
+@NEEDS_TYPST
+def test_words_that_no_font_has_and_words_that_typst_would_run_are_printed_as_words() -> None:
+    design = sharp_design(SHARP_NAMES[1])
+    odd = design.model_copy(update={"configuration": '日本 "#panic()" \\ $x$ ]', "variant": "#" * 300})
+    assert all(pdf.startswith(b"%PDF") for pdf in drawing_sheets(odd).values())

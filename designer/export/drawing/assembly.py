@@ -6,11 +6,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from designer.design import VIEW_NAMES, Design, ViewName
+from designer.design import VIEW_NAMES, Design, Mirror, ViewName
 from designer.evaluate.fabrication import size_of
 from designer.export.drawing import paper
 from designer.export.drawing.paper import Drawn, Point, area, balloon, dot, hatched, label, level_dimension, line
-from designer.trace.outline import SIDES, Box, body_box, face_height, leaving_rays, lens_box, substrate
+from designer.trace.outline import SIDES, Box, Polyline, body_box, face, face_height, leaving_rays, lens_box, substrate
 from designer.typesetting.markup import number
 
 Placing = Callable[[float, float], Point]
@@ -63,13 +63,21 @@ def assembly_drawing(design: Design) -> Drawn:
     boxes = [lens_box(design.camera, low), body_box(design.camera, low)]
     drawn += [_open_below(box, at) for box in boxes if box.high > low]
     for index, mirror in enumerate(design.mirrors):
-        for side in SIDES:
-            outline = [at(float(x), float(z)) for x, z in substrate(mirror, _SAMPLES, side)[:-1]]
+        for half in _outlines(mirror):
+            outline = [at(float(x), float(z)) for x, z in half]
             drawn += [area(outline, 0.3, "white"), hatched(outline, 1.2, rising=index % 2 == 0), area(outline, 0.35)]
     drawn += _balloons(design, at)
     drawn += _heights(design, at, frame)
     drawn += _overall(design, at)
     return Drawn("".join(drawn), scale, _WIDTH_MM)
+
+
+def _outlines(mirror: Mirror) -> list[Polyline]:
+    """A mirror's section on both sides of the axis; one piece where there is no hole."""
+    if mirror.inner_radius_mm > 0.0:
+        return [substrate(mirror, _SAMPLES, side)[:-1] for side in SIDES]
+    front = np.vstack([face(mirror, _SAMPLES, -1.0)[::-1], face(mirror, _SAMPLES)[1:]])
+    return [np.vstack([front, (front + np.array([0.0, mirror.back_offset_mm]))[::-1]])]
 
 
 def _cut_off(points: Sequence[Point], frame: tuple[float, float, float, float]) -> list[Point]:

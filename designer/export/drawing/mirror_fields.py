@@ -48,8 +48,9 @@ def _surface(design: Design, mirror: Mirror, face: FaceDimensions) -> list[tuple
         ("", "z: distance right of the plane through V, at the distance r from the axis"),
         ("with numbers", _with_numbers(face.radius_mm, mirror.conic)),
         (
-            "to check: r → z",
-            "; ".join(f"{number(r, 3)} → {number(depth_mm(mirror, r), 6)}" for r in _check_radii(face)),
+            "sag at r: r → z",
+            "; ".join(f"{number(r, 3)} → {number(depth_mm(mirror, r), 6)}" for r in _check_radii(face))
+            + " (ends and middle of the clear aperture)",
         ),
         ("best-fit sphere", _sphere_words(shape.best_sphere_radius_mm, shape.sphere_departure_mm, hollow)),
         ("steepest slope", f"{number(slope, 3)}° from the plane across the axis"),
@@ -125,7 +126,7 @@ def _blank(design: Design, mirror: Mirror) -> list[tuple[str, str]]:
     thickness = (
         []
         if mirror.thickness_mm == 0.0
-        else [("thickness", f"as dimensioned, along the axis, from hole to edge; {_across(design, mirror)}")]
+        else [("thickness", f"as dimensioned, along the axis, everywhere; {_across(design, mirror)}")]
     )
     return [
         ("material", f"{ALUMINIUM_6061.name}, {ALUMINIUM_6061.process}, unless agreed otherwise"),
@@ -147,7 +148,10 @@ def _across(design: Design, mirror: Mirror) -> str:
 
 def _in_full(mirror: Mirror) -> list[tuple[str, str]]:
     return [
-        ("radius of the hole", exactly(mirror.inner_radius_mm)),
+        (
+            "radius of the hole",
+            exactly(mirror.inner_radius_mm) + ("" if mirror.inner_radius_mm > 0.0 else " (no hole)"),
+        ),
         ("radius of the edge", exactly(mirror.outer_radius_mm)),
         ("thickness", exactly(mirror.thickness_mm)),
     ]

@@ -31,10 +31,9 @@ def section_of(design: Design, name: str) -> Drawn:
 
     profile = [(depth_mm(mirror, float(r)), float(r)) for r in np.linspace(inner, outer, _SAMPLES)]
     drawn = []
-    for side in (1.0, -1.0):
-        face_line = [at(depth, side * r) for depth, r in profile]
-        back_line = [at(depth + mirror.thickness_mm, side * r) for depth, r in reversed(profile)]
-        outline = [*face_line, *back_line]
+    for half in _halves(profile):
+        outline = [at(depth, r) for depth, r in half]
+        outline += [at(depth + mirror.thickness_mm, r) for depth, r in reversed(half)]
         drawn += [hatched(outline), area(outline)]
     drawn += [line([at(depth, -r), at(depth, r)]) for depth, r in _edges_beyond(mirror, rims)]
     drawn.append(line([(at(least, 0.0)[0] - 6.0, axis), (at(most, 0.0)[0] + 6.0, axis)], 0.18, paper.CHAIN))
@@ -45,6 +44,12 @@ def section_of(design: Design, name: str) -> Drawn:
     drawn += _dimensions(mirror, face, scale, (least, most))
     drawn.append(label("section through the axis; light from the left", (WIDTH_MM / 2.0, HEIGHT_MM - 4.0), size=7.0))
     return Drawn("".join(drawn), scale, WIDTH_MM)
+
+
+def _halves(profile: list[Point]) -> list[list[Point]]:
+    """The profile (depth, radius) on both sides of the axis; one piece where there is no hole."""
+    mirrored = [(depth, -r) for depth, r in profile]
+    return [profile, mirrored] if profile[0][1] > 0.0 else [[*reversed(mirrored), *profile[1:]]]
 
 
 def _edges_beyond(mirror: Mirror, rims: tuple[float, float]) -> list[Point]:

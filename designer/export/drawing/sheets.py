@@ -18,7 +18,7 @@ from designer.trace.instrument import sag
 from designer.typesetting.markup import literal
 
 ASSEMBLY = "assembly"
-LARGEST_MM, SMALLEST_MM = 1e5, 1e-2
+LARGEST_MM, SMALLEST_MM, LARGEST_RADIUS_MM = 1e5, 1e-2, 1e9
 
 
 def drawing_sheets(design: Design) -> dict[str, bytes]:
@@ -42,6 +42,7 @@ def drawing_sheets(design: Design) -> dict[str, bytes]:
 
 def sheet_sources(design: Design) -> dict[str, str]:
     """The Typst source of every sheet, by its name."""
+    _check_surroundings(design)
     for mirror in design.mirrors:
         _check(mirror)
     count = len(design.mirrors) + 1
@@ -64,15 +65,30 @@ def design_digest(design: Design) -> str:
     return hashlib.sha256(design_to_json(design).encode("utf-8")).hexdigest()
 
 
+def _check_surroundings(design: Design) -> None:
+    camera = design.camera
+    lengths = {
+        "camera.lens_front_mm": camera.lens_front_mm,
+        "camera.lens_length_mm": camera.lens_length_mm,
+        "camera.lens_radius_mm": camera.lens_radius_mm,
+        "camera.body_radius_mm": camera.body_radius_mm,
+        **{f"views.{name}.viewpoint_mm": view.viewpoint_mm for name, view in design.views.by_name.items()},
+    }
+    for key, length in lengths.items():
+        if abs(length) > LARGEST_MM:
+            raise InputError(f"{key} = {length:g}: cannot be drawn; must be within ±{LARGEST_MM:g} mm")
+
+
 def _check(mirror: Mirror) -> None:
     if mirror.name.lower() == ASSEMBLY:
         raise InputError(f"mirror {mirror.name!r}: the sheet of the assembly has this name; give the mirror another")
     rim = abs(float(sag(mirror, mirror.outer_radius_mm)))
     largest = max(abs(mirror.vertex_mm), mirror.outer_radius_mm, mirror.thickness_mm, rim)
-    if not (mirror.outer_radius_mm >= SMALLEST_MM and largest <= LARGEST_MM):
+    radius = abs(mirror.radius_mm or 0.0)
+    if not (mirror.outer_radius_mm >= SMALLEST_MM and largest <= LARGEST_MM and radius <= LARGEST_RADIUS_MM):
         raise InputError(
             f"mirror {mirror.name}: cannot be drawn; its size and height must be between {SMALLEST_MM:g} and "
-            f"{LARGEST_MM:g} mm"
+            f"{LARGEST_MM:g} mm, its radius of curvature at most {LARGEST_RADIUS_MM:g} mm"
         )
 
 
