@@ -9,9 +9,20 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, Strict, ValidationError, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    JsonValue,
+    SerializerFunctionWrapHandler,
+    Strict,
+    ValidationError,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
 
 from designer.departures import AsBuilt, MirrorDeparture
 from designer.files import InputError, describe_validation_error, read_text, write_atomically
@@ -30,6 +41,10 @@ Sense = Literal["direct", "folded"]
 """Which way the image of a view runs: tan(psi/2) = kappa tan(pi/4 + phi/2), or minus phi when folded."""
 Zone = Literal["outer", "inner"]
 """The part of the image that a view takes: the ring at its edge, or what lies within."""
+Projection = Literal["perspective", "equidistant", "equisolid", "stereographic"]
+"""How the lens images the angle psi: r = f tan(psi), f psi, 2 f sin(psi/2) or 2 f tan(psi/2)."""
+MOST_COEFFICIENTS: dict[Projection, int] = {"perspective": 3, "equidistant": 4, "equisolid": 0, "stereographic": 0}
+"""Distortion coefficients of each projection: OpenCV's pinhole model has three radial ones, its fisheye model four."""
 
 
 class Record(BaseModel):
@@ -41,8 +56,8 @@ class Record(BaseModel):
 class Camera(Record):
     """Sensor, principal distance and lens barrel.
 
-    ``focal_length_mm`` is the principal distance f in r = f tan(psi): the distance of the image plane from the
-    pinhole once the lens is focused, not the number engraved on the lens.
+    ``focal_length_mm`` is the principal distance f in r = f tan(psi), or in the law of another ``projection``: the
+    distance of the image plane from the pinhole once the lens is focused, not the number engraved on the lens.
     """
 
     focal_length_mm: Positive
@@ -58,6 +73,28 @@ class Camera(Record):
     """Radius of the usable image; half the smaller image side if absent."""
     focus_distance_mm: Positive | None = None
     """Distance from the pinhole at which the lens is focused; infinity if absent."""
+    projection: Projection = "perspective"
+    """Law of the lens from angle to image radius; r = f tan(psi) if absent."""
+    distortion: tuple[Number, ...] = ()
+    """Radial distortion k1, k2, ... as in OpenCV's pinhole (perspective) or fisheye (equidistant) model."""
+
+    @model_validator(mode="after")
+    def _projection_has_its_coefficients(self) -> Self:
+        most = MOST_COEFFICIENTS[self.projection]
+        if len(self.distortion) > most:
+            allowed = f"at most {most} coefficients" if most else "no coefficients"
+            raise ValueError(f"distortion: {self.projection} takes {allowed}, not {len(self.distortion)}")
+        return self
+
+    @model_serializer(mode="wrap")
+    def _without_a_default_law(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Files of perspective lenses stay as they were, and so do their hashes."""
+        content: dict[str, Any] = write(self)
+        if self.projection == "perspective":
+            del content["projection"]
+        if not self.distortion:
+            del content["distortion"]
+        return content
 
     @property
     def image_radius_mm(self) -> float:

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from designer.design import read_design, write_design
+from designer.design import design_to_json, read_design, write_design
 from designer.files import InputError
 
 PROTOTYPE = Path(__file__).parent / "data" / "folded_hypl_hy.json"
@@ -81,3 +81,30 @@ def test_the_usable_image_ends_with_the_sensor(circle_px, radius_px: float, tmp_
     path = tmp_path / "design.json"
     path.write_text(json.dumps(with_value(("camera", "image_circle_radius_px"), circle_px)), encoding="utf-8")
     assert read_design(path).camera.image_radius_mm == pytest.approx(radius_px * 0.0044)
+
+
+def test_the_law_of_the_lens_is_kept_and_its_absence_means_perspective(tmp_path: Path):
+    perspective = read_design(PROTOTYPE)
+    assert perspective.camera.projection == "perspective"
+    assert "projection" not in design_to_json(perspective)
+    assert "distortion" not in design_to_json(perspective)
+    path = tmp_path / "design.json"
+    content = with_value(("camera", "projection"), "equidistant")
+    content["camera"]["distortion"] = [0.01, -0.002]
+    path.write_text(json.dumps(content), encoding="utf-8")
+    fisheye = read_design(path)
+    assert fisheye.camera.distortion == (0.01, -0.002)
+    write_design(fisheye, tmp_path / "again.json")
+    assert read_design(tmp_path / "again.json") == fisheye
+
+
+@pytest.mark.parametrize(
+    ("keys", "value", "words"),
+    [
+        (("camera", "projection"), "fisheye", "camera.projection = 'fisheye'"),
+        (("camera", "distortion"), [0.1, 0, 0, 0], "perspective takes at most 3 coefficients, not 4"),
+        (("camera", "distortion"), [float("inf")], "must be a finite number"),
+    ],
+)
+def test_laws_that_there_are_not(keys, value, words: str, tmp_path: Path):
+    assert words in refusal(json.dumps(with_value(keys, value)), tmp_path)

@@ -1,7 +1,7 @@
 """What a built sensor does to depth: its image places read through the tables of the design.
 
 A stereo program knows the design and not the sensor, so it takes the image of a point for that of another direction
-(docs/theory.md, section 10). What comes of it, over a grid of the working volume and all azimuths: the two views of a
+(docs/theory.md, section 11). What comes of it, over a grid of the working volume and all azimuths: the two views of a
 point fall on different columns of their panoramas, its depth is biased, the rays of a view have no common point, and
 the blur changes. Lengths in mm, angles in radians; T built systems, n points.
 """

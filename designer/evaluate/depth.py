@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from designer.design import Design, Sense
 from designer.evaluate.scale import relative_depth_shift_per_scale
 from designer.optics.backend import Scalar, is_symbolic, row_by_row, sqrt, stack, tan, total
+from designer.optics.image_law import PERSPECTIVE, ImageLaw, image_law_of
 from designer.optics.view import (
     elevation_tangent,
     half_angle_tangent,
@@ -47,7 +48,7 @@ SECOND_ORDER_NODES = 16
 
 @dataclass(frozen=True, slots=True)
 class StereoPair:
-    """All that depth depends on: the gains and senses of two views, the baseline and the principal distance in mm."""
+    """All that depth depends on: gains and senses of two views, baseline and principal distance (mm), the law."""
 
     gain_lower: Scalar
     sense_lower: Sense
@@ -55,6 +56,7 @@ class StereoPair:
     sense_upper: Sense
     baseline: Scalar
     principal_distance: Scalar
+    law: ImageLaw = PERSPECTIVE
 
 
 NoiseModel = Callable[[Scalar, Scalar, Scalar], tuple[Scalar, Scalar]]
@@ -82,6 +84,7 @@ def stereo_pair_of(design: Design) -> StereoPair:
         sense_upper=upper.sense,
         baseline=design.baseline_mm,
         principal_distance=design.camera.focal_length_mm,
+        law=image_law_of(design.camera),
     )
 
 
@@ -96,9 +99,16 @@ def noise_mm_of(design: Design) -> float:
     return design.noise_px * design.camera.pixel_pitch_mm
 
 
-def slope_error(slope: Scalar, gain: Scalar, sense: Sense, principal_distance: Scalar, noise_mm: Scalar) -> Scalar:
+def slope_error(
+    slope: Scalar,
+    gain: Scalar,
+    sense: Sense,
+    principal_distance: Scalar,
+    noise_mm: Scalar,
+    law: ImageLaw = PERSPECTIVE,
+) -> Scalar:
     """Standard deviation of m = tan(phi) for noise of ``noise_mm`` in the image radius; carries the sign of dm/dr."""
-    return noise_mm * (1.0 + slope * slope) / image_radius_slope(slope, gain, principal_distance, sense)
+    return noise_mm * (1.0 + slope * slope) / image_radius_slope(slope, gain, principal_distance, sense, law)
 
 
 def relative_depth_error(
@@ -111,6 +121,7 @@ def relative_depth_error(
     baseline: Scalar,
     principal_distance: Scalar,
     noise_mm: Scalar | tuple[Scalar, Scalar],
+    law: ImageLaw = PERSPECTIVE,
 ) -> Scalar:
     """sigma_D / D, to first order, of the point seen at the two given slopes.
 
@@ -124,10 +135,12 @@ def relative_depth_error(
         In mm.
     noise_mm
         Standard deviation of the image radius, in mm on the sensor: of each view alike, or of the lower and the upper.
+    law
+        That of the lens.
     """
     noise_lower, noise_upper = noise_mm if isinstance(noise_mm, tuple) else (noise_mm, noise_mm)
-    error_lower = slope_error(elevation_tangent_lower, gain_lower, sense_lower, principal_distance, noise_lower)
-    error_upper = slope_error(elevation_tangent_upper, gain_upper, sense_upper, principal_distance, noise_upper)
+    error_lower = slope_error(elevation_tangent_lower, gain_lower, sense_lower, principal_distance, noise_lower, law)
+    error_upper = slope_error(elevation_tangent_upper, gain_upper, sense_upper, principal_distance, noise_upper, law)
     distance_per_baseline = 1.0 / (elevation_tangent_lower - elevation_tangent_upper)
     # sqrt(x^2 + y^2) of the two never vanishes, so its derivative stays finite for the optimiser.
     return distance_per_baseline * sqrt(error_lower * error_lower + error_upper * error_upper)
@@ -221,6 +234,7 @@ def depth_shift_per_scale(pair: StereoPair, elevation_slope: Scalar, distance: S
         pair.sense_lower,
         pair.gain_upper,
         pair.sense_upper,
+        pair.law,
     )
 
 
@@ -283,15 +297,15 @@ def point_covariance(
     """
     lower, upper = slopes_of_point(elevation_slope, distance, pair.baseline)
     errors = (
-        slope_error(lower, pair.gain_lower, pair.sense_lower, pair.principal_distance, noise_mm),
-        slope_error(upper, pair.gain_upper, pair.sense_upper, pair.principal_distance, noise_mm),
+        slope_error(lower, pair.gain_lower, pair.sense_lower, pair.principal_distance, noise_mm, pair.law),
+        slope_error(upper, pair.gain_upper, pair.sense_upper, pair.principal_distance, noise_mm, pair.law),
     )
     # D = b / (m_l - m_u) and height = D (m_l + m_u) / 2, differentiated by m_l and by m_u.
     distance_by_slope = (-(distance**2) / pair.baseline, distance**2 / pair.baseline)
     height_by_slope = tuple(distance / 2.0 + elevation_slope * derivative for derivative in distance_by_slope)
     radii = (
-        image_radius(lower, pair.gain_lower, pair.principal_distance, pair.sense_lower),
-        image_radius(upper, pair.gain_upper, pair.principal_distance, pair.sense_upper),
+        image_radius(lower, pair.gain_lower, pair.principal_distance, pair.sense_lower, pair.law),
+        image_radius(upper, pair.gain_upper, pair.principal_distance, pair.sense_upper, pair.law),
     )
     terms = list(zip(errors, distance_by_slope, height_by_slope, strict=True))
     variance_distance = sum((by_distance * error) ** 2 for error, by_distance, _ in terms)
@@ -349,6 +363,7 @@ def depth_error_of_slopes(
         pair.baseline,
         pair.principal_distance,
         noise_mm,
+        pair.law,
     )
 
 
@@ -363,11 +378,11 @@ def _slope_one_pixel_on(
     slope: Scalar, gain: Scalar, sense: Sense, pair: StereoPair, pixel_pitch_mm: float, towards: float
 ) -> Scalar:
     """The slope seen one pixel further along the radius, in the direction in which the slope changes by ``towards``."""
-    radius = image_radius(slope, gain, pair.principal_distance, sense)
+    radius = image_radius(slope, gain, pair.principal_distance, sense, pair.law)
     rising = 1.0 if sense == "direct" else -1.0
     # A negative gain flips the sign of the radius, and of dr/dm with it.
     moved = radius + towards * rising * np.sign(gain) * pixel_pitch_mm
-    half_tangent = image_half_tangent(moved, pair.principal_distance) / gain
+    half_tangent = image_half_tangent(moved, pair.principal_distance, pair.law) / gain
     return elevation_tangent(half_tangent, sense)
 
 

@@ -25,6 +25,7 @@ from designer.optics.focus import (
     reciprocal_along_ray,
     reciprocal_image_depth,
 )
+from designer.optics.view import half_angle_tangent
 
 Array = NDArray[np.float64]
 
@@ -39,8 +40,8 @@ class ViewFocus:
     """One view's focus at elevations (n,) in degrees and distances (k,) in mm from the axis.
 
     ``reciprocal_depths`` (n, k) are 1 / z_V in 1/mm of the virtual images. ``blur_px`` and ``blur_deg`` (n, k) are
-    diameters of the blur on the sensor, and in the scene as an angle of elevation, both signed: negative for an image
-    nearer than the focus.
+    diameters of the blur on the sensor (the larger one of an ellipse), and in the scene as an angle of elevation, both
+    signed: negative for an image nearer than the focus.
     """
 
     elevations_deg: Array
@@ -136,9 +137,10 @@ def focus_of_design(design: Design, elevations: int = ELEVATIONS) -> DesignFocus
     lens = lens_of_camera(design.camera)
     upper, lower = (_view_focus(design, name, lens, elevations) for name in ("upper", "lower"))
     depths = np.concatenate([upper.reciprocal_depths.ravel(), lower.reciprocal_depths.ravel()])
-    best = best_focus(depths)
+    stretches = np.concatenate([_stretch(design, name, lens, elevations) for name in ("upper", "lower")])
+    best = best_focus(depths, stretches)
     sharpest = refocused(lens, best)
-    largest = float(np.max(np.abs(sharpest.blur(depths)))) / design.camera.pixel_pitch_mm
+    largest = float(np.max(np.abs(sharpest.blur(depths)) * stretches)) / design.camera.pixel_pitch_mm
     return DesignFocus(lens, upper, lower, best, largest)
 
 
@@ -161,11 +163,11 @@ def best_focus(reciprocal_depths: ArrayLike, weights: ArrayLike = 1.0) -> float:
 def refocused(lens: Lens, reciprocal_focus: float) -> Lens:
     """The same glass focused elsewhere: nominal focal length and f-number kept, principal distance f0 / (1 - f0 w)."""
     nominal = lens.principal_distance / (1.0 + lens.principal_distance * lens.reciprocal_focus)
-    return Lens(nominal / (1.0 - nominal * reciprocal_focus), lens.f_number, reciprocal_focus)
+    return Lens(nominal / (1.0 - nominal * reciprocal_focus), lens.f_number, reciprocal_focus, lens.law)
 
 
 def depth_of_field(ray: ChiefRay, lens: Lens, largest_blur_mm: ArrayLike) -> tuple[Array, Array]:
-    """Nearest and farthest distance from the axis in mm along chief rays that blur no more than that on the sensor.
+    """Nearest and farthest distance from the axis in mm along chief rays that blur no more than that, perspectively.
 
     The farthest is infinite where infinity is sharp enough; both are NaN where nothing in front of the mirror is.
     """
@@ -198,7 +200,18 @@ def _view_focus(design: Design, name: str, lens: Lens, count: int) -> ViewFocus:
     elevations = np.linspace(low, high, count)
     distances = np.array(design.working_volume.distance_mm)
     slope = np.tan(np.radians(elevations))[:, None]
-    depths = reciprocal_image_depth(chief_ray(path, slope), reciprocal_along_ray(slope, distances))
+    ray = chief_ray(path, slope)
+    depths = reciprocal_image_depth(ray, reciprocal_along_ray(slope, distances))
     blur = lens.blur(depths)
     in_scene = np.degrees(blur_in_scene(path, slope, lens, blur))
-    return ViewFocus(elevations, distances, depths, blur / design.camera.pixel_pitch_mm, in_scene)
+    on_sensor = blur * lens.law.largest_stretch(ray.half_tangent) / design.camera.pixel_pitch_mm
+    return ViewFocus(elevations, distances, depths, on_sensor, in_scene)
+
+
+def _stretch(design: Design, name: str, lens: Lens, count: int) -> Array:
+    """What the law of the lens stretches the blur of a view by, (2 count,): for each elevation, near and far."""
+    view = getattr(design.views, name)
+    low, high = view.elevation_deg
+    slope = np.tan(np.radians(np.linspace(low, high, count)))
+    stretch = lens.law.largest_stretch(view.gain * half_angle_tangent(slope, view.sense))
+    return np.repeat(np.broadcast_to(stretch, slope.shape), 2)

@@ -5,9 +5,14 @@ image circle, the inner zone where the outer one begins, less the gap between th
 baseline, principal distance, camera and volume follow without any optimisation. The part of an uncertain image scale
 falls with the gains too where one view is folded: each slope shifts in proportion to cos(psi), and the shifts add up.
 Where both views are direct the shifts nearly cancel, and smaller gains may cancel them better: there the limit is that
-of the noise alone, which holds but is not reached. Margins, clearances and the camera's own image in the inner view are
+of the noise alone, which holds but is not reached. All that is so where r = f tan(psi). Another law may resolve
+elevation best at an angle below the largest (equisolid: 70.5 degrees), and its share of the scale's uncertainty may
+rise with the angle (equidistant: psi / sin(psi)). There the limit takes, at every elevation, the best of all angles up
+to that of the largest gain, found numerically: it holds, and is reached only where the largest gain is the best.
+Margins, clearances and the camera's own image in the inner view are
 left out: what they cost shows in the ratio of a design's score to its limit.
-Lengths in mm, angles in radians; everything but :func:`least_limit_over` broadcasts over arrays and takes symbols.
+Lengths in mm, angles in radians; everything but :func:`least_limit_over` broadcasts over arrays and, for a perspective
+lens, takes symbols.
 """
 
 from __future__ import annotations
@@ -22,6 +27,7 @@ from designer.configurations import Family, Topology, outer_view
 from designer.design import Sense, ViewName
 from designer.evaluate.depth import NoiseModel, StereoPair, Volume, depth_error_rms
 from designer.optics.backend import Scalar, tan
+from designer.optics.image_law import PERSPECTIVE, ImageLaw, most_favourable
 from designer.optics.view import elevation_tangents_of_views, half_angle_tangent, image_half_tangent
 
 NoiseOfPair = Callable[[StereoPair], Scalar | NoiseModel]
@@ -39,10 +45,11 @@ class Arrangement:
 
 @dataclass(frozen=True, slots=True)
 class ImageBounds:
-    """What bounds the gains: the radius of the usable image and the gap asked between the zones, mm on the sensor."""
+    """What bounds the gains: radius of the usable image and gap asked between the zones (mm), and the lens's law."""
 
     image_radius_mm: Scalar
     zone_gap_mm: Scalar = 0.0
+    law: ImageLaw = PERSPECTIVE
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,10 +82,13 @@ def limit_gains(
     upper = _half_tangent_range(ranges[0], arrangement.sense_upper)
     lower = _half_tangent_range(ranges[1], arrangement.sense_lower)
     outer, inner = (upper, lower) if arrangement.outer_view == "upper" else (lower, upper)
-    gain_outer = image_half_tangent(bounds.image_radius_mm, principal_distance) / outer[1]
+    gain_outer = image_half_tangent(bounds.image_radius_mm, principal_distance, bounds.law) / outer[1]
     outer_begins = gain_outer * outer[0]
-    outer_begins_mm = 2.0 * principal_distance * outer_begins / (1.0 - outer_begins * outer_begins)
-    gain_inner = image_half_tangent(outer_begins_mm - bounds.zone_gap_mm, principal_distance) / inner[1]
+    if bounds.law.is_perspective:
+        outer_begins_mm = 2.0 * principal_distance * outer_begins / (1.0 - outer_begins * outer_begins)
+    else:
+        outer_begins_mm = principal_distance * bounds.law.ratio(outer_begins)
+    gain_inner = image_half_tangent(outer_begins_mm - bounds.zone_gap_mm, principal_distance, bounds.law) / inner[1]
     return (gain_inner, gain_outer) if arrangement.outer_view == "upper" else (gain_outer, gain_inner)
 
 
@@ -99,9 +109,7 @@ def depth_error_limit(
     where :func:`limit_gains` gives no positive inner gain.
     """
     gain_lower, gain_upper = limit_gains(arrangement, volume, baseline, principal_distance, bounds)
-    pair = StereoPair(
-        gain_lower, arrangement.sense_lower, gain_upper, arrangement.sense_upper, baseline, principal_distance
-    )
+    pair = _pair_of(arrangement, (gain_lower, gain_upper), baseline, principal_distance, bounds.law)
     return _limit_of_pair(pair, volume, noise_mm, scale_uncertainty)
 
 
@@ -169,8 +177,21 @@ def _limit_or_infinity(
     has_room = np.minimum(gains[0], gains[1]) > 0
     # Where there is no room any positive gain will do: its score is thrown away.
     lower, upper = (np.where(has_room, gain, 1.0) for gain in gains)
-    pair = StereoPair(lower, arrangement.sense_lower, upper, arrangement.sense_upper, baseline, principal_distance)
+    pair = _pair_of(arrangement, (lower, upper), baseline, principal_distance, bounds.law)
     return np.where(has_room, _limit_of_pair(pair, volume, noise_mm, scale_uncertainty), np.inf)
+
+
+def _pair_of(
+    arrangement: Arrangement,
+    gains: tuple[Scalar, Scalar],
+    baseline: Scalar,
+    principal_distance: Scalar,
+    law: ImageLaw,
+) -> StereoPair:
+    """The pair of the largest gains, which sees as finely as any smaller gains do at the same elevation."""
+    lower, upper = gains
+    senses = arrangement.sense_lower, arrangement.sense_upper
+    return StereoPair(lower, senses[0], upper, senses[1], baseline, principal_distance, most_favourable(law))
 
 
 def _limit_of_pair(

@@ -25,6 +25,7 @@ from designer.design import Design, ViewName
 from designer.evaluate.focus import ViewFocus, focus_of_design
 from designer.evaluate.noise import Matching
 from designer.optics.focus import Lens, blur_in_scene, light_path_of_design
+from designer.optics.view import half_angle_tangent
 
 Array = NDArray[np.float64]
 
@@ -79,11 +80,14 @@ def modulation_of_design(
     views: dict[ViewName, ViewModulation] = {}
     for name, view in of_views.items():
         slope = np.tan(np.radians(view.elevations_deg))[:, None]
-        mm_per_radian = 1.0 / blur_in_scene(light_path_of_design(design, name), slope, focus.lens, 1.0)
+        path = light_path_of_design(design, name)
+        # Lens and blur in the perspective image, which the lens's law then stretches, and the frequency with it.
+        mm_per_radian = 1.0 / blur_in_scene(path, slope, focus.lens, 1.0)
+        along, _ = focus.lens.law.stretch(path.gain * half_angle_tangent(slope, path.sense))
         patterns = []
         for period in (matcher.window * row, FINEST_ROWS * row):
             frequency = 1.0 / (period * mm_per_radian)
-            of_lens = lens_transfer(frequency, view.blur_px * pitch, focus.lens)
-            patterns.append(of_lens * pixel_transfer(frequency, pitch))
+            of_lens = lens_transfer(frequency, focus.lens.blur(view.reciprocal_depths), focus.lens)
+            patterns.append(of_lens * pixel_transfer(frequency / along, pitch))
         views[name] = ViewModulation(view.elevations_deg, *patterns)
     return views

@@ -126,7 +126,8 @@ class ImagePoint:
 
     ``slope`` is tan(phi) at the viewpoint, ``radius`` and ``radius_slope`` are r in mm and dr/dphi in mm per radian,
     of either sign, and ``defocus`` is the diameter of the blur disc in mm on the sensor, of either sign.
-    ``illumination`` is the share of the light on the axis that arrives there.
+    ``illumination`` is the share of the light on the axis that arrives there. ``stretch`` is what a lens that is not
+    perspective stretches the disc by, along the radius and across it; None for none.
     """
 
     slope: Scalar
@@ -134,6 +135,7 @@ class ImagePoint:
     radius_slope: Scalar
     defocus: Scalar
     illumination: Scalar = 1.0
+    stretch: tuple[Scalar, Scalar] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,9 +234,9 @@ def matching_noise(
     angle = _smooth_maximum(*(along / (s * s) for along, s in zip(along_scale, stretch, strict=True)))
     along_smoothing = [sigma * sigma * s * s * angle for s in stretch]
     across_smoothing = sigma * sigma * _smooth_maximum(*across_scale)
-    blurs = [blur_variance(exposure, view.defocus) for view in views]
-    along = [blur * scale + h for blur, scale, h in zip(blurs, along_scale, along_smoothing, strict=True)]
-    across = [blur * scale + across_smoothing for blur, scale in zip(blurs, across_scale, strict=True)]
+    blurs = [_blur_variances(exposure, view) for view in views]
+    along = [blur[0] * scale + h for blur, scale, h in zip(blurs, along_scale, along_smoothing, strict=True)]
+    across = [blur[1] * scale + across_smoothing for blur, scale in zip(blurs, across_scale, strict=True)]
     mean_along, mean_across = (along[0] + along[1]) / 2.0, (across[0] + across[1]) / 2.0
 
     row, column = step * distance * stretch[0], step * distance
@@ -258,10 +260,22 @@ def matching_noise(
         total_along, total_across = mean_along + template + smoothing, mean_across + across_smoothing
         smoothed = texture_gradient_energy(texture, sqrt(total_along), sqrt(total_across))
         pixel = sqrt(scale_along * scale_across) * exposure.pixel_pitch**2
-        aliased = _aliasing(texture, pixel, blur / exposure.pixel_pitch**2 - PIXEL_VARIANCE, total_along, total_across)
+        mean_blur = blur[0] if view.stretch is None else (blur[0] + blur[1]) / 2.0
+        aliased = _aliasing(
+            texture, pixel, mean_blur / exposure.pixel_pitch**2 - PIXEL_VARIANCE, total_along, total_across
+        )
         variance = scale * (raw * pixel * smoothed + rounding + aliased) + (edge + floor) / 2.0
         noises.append(sqrt(variance / scale_along))
     return noises[0], noises[1]
+
+
+def _blur_variances(exposure: Exposure, view: ImagePoint) -> tuple[Scalar, Scalar]:
+    """Variance of all blur on the sensor, mm^2, along the radius and across it."""
+    if view.stretch is None:
+        same = blur_variance(exposure, view.defocus)
+        return same, same
+    along, across = view.stretch
+    return blur_variance(exposure, view.defocus * along), blur_variance(exposure, view.defocus * across)
 
 
 def _aliasing(texture: Texture, pixel: Scalar, lens_blur_px2: Scalar, along: Scalar, across: Scalar) -> Scalar:

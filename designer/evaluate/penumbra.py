@@ -1,7 +1,8 @@
 """Penumbrae on the sensor: how softly the rims of the mirrors end the image zones, and where the two views mix.
 
 A lens of pupil diameter p that is focused at the distance u sees an edge at the height z out of focus: on the sensor
-its shadow runs from full light to none over the width p f |1/u - 1/z|. Lengths in mm, image radii in pixels.
+its shadow runs from full light to none over the width p f |1/u - 1/z|, stretched along the radius by a lens that is not
+perspective. Lengths in mm, image radii in pixels.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from designer.design import VIEW_NAMES, Design, Mirror, ViewName
 from designer.evaluate.fabrication import surface_of
 from designer.optics.focus import lens_of_camera
+from designer.optics.image_law import PERSPECTIVE, image_law_of
 
 Array = NDArray[np.float64]
 
@@ -46,7 +48,7 @@ class ZoneRims:
 
 
 def penumbra_px(design: Design, edge_height_mm: float) -> float:
-    """Width in pixels of the penumbra of an edge at a height above the pinhole: p f |1/u - 1/z|."""
+    """Width in pixels of the penumbra of an edge at a height above the pinhole: p f |1/u - 1/z|, in perspective."""
     return abs(float(lens_of_camera(design.camera).blur(1.0 / edge_height_mm))) / design.camera.pixel_pitch_mm
 
 
@@ -93,5 +95,10 @@ def _rims_of(design: Design, mirror: Mirror) -> ZoneRims:
 def _rim(design: Design, mirror: Mirror, radius_mm: float) -> Rim:
     camera = design.camera
     height = float(surface_of(mirror).height(radius_mm))
-    imaged = camera.focal_length_mm * radius_mm / height / camera.pixel_pitch_mm
-    return Rim(imaged, penumbra_px(design, height), height)
+    law = image_law_of(camera)
+    if law.is_perspective:
+        imaged = camera.focal_length_mm * radius_mm / height / camera.pixel_pitch_mm
+        return Rim(imaged, penumbra_px(design, height), height)
+    half_tangent = PERSPECTIVE.half_tangent(radius_mm / height)
+    imaged = camera.focal_length_mm * float(law.ratio(half_tangent)) / camera.pixel_pitch_mm
+    return Rim(imaged, penumbra_px(design, height) * abs(float(law.stretch(half_tangent)[0])), height)

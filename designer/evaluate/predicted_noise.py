@@ -14,7 +14,7 @@ from designer.evaluate.noise import Exposure, ImagePoint, Light, Matching, Textu
 from designer.optics.backend import Scalar, sqrt
 from designer.optics.focus import Lens, LightPath, chief_ray, reciprocal_along_ray, reciprocal_image_depth
 from designer.optics.illumination import relative_illumination
-from designer.optics.view import image_radius, image_radius_slope
+from designer.optics.view import half_angle_tangent, image_radius, image_radius_slope
 
 REFLECTIONS = {"direct": 1, "folded": 2}
 # Wavelengths of the texture that is matched, as shares of the farthest distance.
@@ -80,15 +80,19 @@ def _noise_model(
 
     def image_point(view: str, slope: Scalar, distance: Scalar) -> ImagePoint:
         gain, sense = views[view]
-        radius = image_radius(slope, gain, pair.principal_distance, sense)
-        tangent = radius / pair.principal_distance
+        law = pair.law
+        radius = image_radius(slope, gain, pair.principal_distance, sense, law)
+        flat = radius if law.is_perspective else image_radius(slope, gain, pair.principal_distance, sense)
+        tangent = flat / pair.principal_distance
         cosine = 1.0 / sqrt(1.0 + tangent * tangent)
+        along, across = law.stretch(gain * half_angle_tangent(slope, sense))
         return ImagePoint(
             slope,
             radius,
-            image_radius_slope(slope, gain, pair.principal_distance, sense),
+            image_radius_slope(slope, gain, pair.principal_distance, sense, law),
             defocus(view, slope, distance),
-            relative_illumination(cosine, REFLECTIONS[sense], conditions.mirror_reflectivity),
+            relative_illumination(cosine, REFLECTIONS[sense], conditions.mirror_reflectivity, along * across),
+            None if law.is_perspective else (along, across),
         )
 
     def noise_at(lower: Scalar, upper: Scalar, distance: Scalar) -> tuple[Scalar, Scalar]:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from designer.design import VIEW_NAMES, Design, View
 from designer.evaluate.depth import slopes_of_point, stereo_pair_of, volume_grid, volume_of
 from designer.evaluate.fabrication import surface_of
+from designer.optics.image_law import PERSPECTIVE, image_law_of
 from designer.optics.view import elevation_tangent, image_half_tangent, image_radius, image_radius_slope
 
 # An object counts as resolved when it covers this many pixels, in height and in width, in both views.
@@ -46,7 +47,8 @@ def image_rims(design: Design) -> dict[str, tuple[float, float]]:
 def angular_resolution_px_per_deg(design: Design, view_name: str, elevation_deg: ArrayLike) -> NDArray[np.float64]:
     """Pixels per degree of elevation along the radius, at elevations of that view."""
     view = _view(design, view_name)
-    slope = image_radius_slope(_slopes(elevation_deg), view.gain, design.camera.focal_length_mm, view.sense)
+    law = image_law_of(design.camera)
+    slope = image_radius_slope(_slopes(elevation_deg), view.gain, design.camera.focal_length_mm, view.sense, law)
     return np.asarray(np.abs(slope) / design.camera.pixel_pitch_mm * np.pi / 180.0)
 
 
@@ -64,7 +66,7 @@ def smallest_object(design: Design, distance_mm: ArrayLike) -> SmallestObject:
     heights, widths = [], []
     for view, slope in ((design.views.lower, lower), (design.views.upper, upper)):
         radians_per_px = design.camera.pixel_pitch_mm / np.abs(
-            image_radius_slope(slope, view.gain, design.camera.focal_length_mm, view.sense)
+            image_radius_slope(slope, view.gain, design.camera.focal_length_mm, view.sense, pair.law)
         )
         heights.append(distance * (1.0 + slope**2) * radians_per_px)
         widths.append(distance / _radii_px(design, view, slope))
@@ -117,7 +119,8 @@ def _slopes(elevation_deg: ArrayLike) -> NDArray[np.float64]:
 
 
 def _radii_px(design: Design, view: View, slopes: NDArray[np.float64]) -> NDArray[np.float64]:
-    radius_mm = image_radius(slopes, view.gain, design.camera.focal_length_mm, view.sense)
+    law = image_law_of(design.camera)
+    radius_mm = image_radius(slopes, view.gain, design.camera.focal_length_mm, view.sense, law)
     return np.asarray(np.abs(radius_mm) / design.camera.pixel_pitch_mm)
 
 
@@ -132,6 +135,10 @@ def _rims(design: Design, view: View) -> tuple[float, float]:
     heights = surface_of(mirror).height(radii)
     ahead = heights > 0
     tangents = np.where(ahead, radii / np.where(ahead, heights, 1.0), np.inf)
+    law = image_law_of(camera)
+    if not law.is_perspective:
+        within = np.where(ahead, tangents, 0.0)
+        tangents = np.where(ahead, law.ratio(PERSPECTIVE.half_tangent(within)), np.inf)
     inner, outer = tangents * camera.focal_length_mm / camera.pixel_pitch_mm
     return float(inner), float(outer)
 
@@ -150,7 +157,8 @@ def _centre_offset_px(design: Design) -> float:
 
 
 def _slopes_of_radii(design: Design, view: View, radii_px: NDArray[np.float64]) -> NDArray[np.float64]:
-    half_tangent = image_half_tangent(radii_px * design.camera.pixel_pitch_mm, design.camera.focal_length_mm)
+    camera = design.camera
+    half_tangent = image_half_tangent(radii_px * camera.pixel_pitch_mm, camera.focal_length_mm, image_law_of(camera))
     return np.asarray(elevation_tangent(half_tangent / abs(view.gain), view.sense))
 
 

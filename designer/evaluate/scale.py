@@ -6,7 +6,8 @@ shows a point at the slope
 
     m + epsilon r / (dr/dm) = m +- epsilon cos(psi) sqrt(1 + m^2)
 
-with + for a direct view and - for a folded one. Both views err by the same epsilon, so the two shifts of the disparity
+with + for a direct view and - for a folded one. (A lens of another law than r = f tan(psi) has
+r / (dr/dpsi sin(psi)) in the place of cos(psi).) Both views err by the same epsilon, so the two shifts of the disparity
 nearly cancel if both are direct, and add up if one is folded. All functions take floats, NumPy arrays or CasADi
 symbols.
 """
@@ -15,15 +16,19 @@ from __future__ import annotations
 
 from designer.design import Sense
 from designer.optics.backend import Scalar, sqrt
+from designer.optics.image_law import PERSPECTIVE, ImageLaw
 from designer.optics.view import half_angle_tangent
 
 
-def slope_shift_per_scale(slope: Scalar, gain: Scalar, sense: Sense) -> Scalar:
+def slope_shift_per_scale(slope: Scalar, gain: Scalar, sense: Sense, law: ImageLaw = PERSPECTIVE) -> Scalar:
     """Change of m = tan(phi) per relative error of the image's scale: r / (dr/dm) = +- cos(psi) sqrt(1 + m^2).
 
-    It does not depend on the principal distance, nor on the sign of the gain.
+    It does not depend on the principal distance, nor on the sign of the gain. Another law than the perspective one has
+    its own share in the place of cos(psi).
     """
     sign = 1.0 if sense == "direct" else -1.0
+    if not law.is_perspective:
+        return sign * sqrt(1.0 + slope * slope) * law.scale_share(gain * half_angle_tangent(slope, sense))
     squared = (gain * half_angle_tangent(slope, sense)) ** 2
     return sign * sqrt(1.0 + slope * slope) * (1.0 - squared) / (1.0 + squared)
 
@@ -35,6 +40,7 @@ def relative_depth_shift_per_scale(
     sense_lower: Sense,
     gain_upper: Scalar,
     sense_upper: Sense,
+    law: ImageLaw = PERSPECTIVE,
 ) -> Scalar:
     """(dD / D) / epsilon to first order: the relative error of a point's depth per relative error of the image's scale.
 
@@ -44,8 +50,10 @@ def relative_depth_shift_per_scale(
         tan(phi) at the lower and at the upper viewpoint, as the design has it without an error.
     gain_lower, sense_lower, gain_upper, sense_upper
         The gain kappa and the sense of each view.
+    law
+        That of the lens.
     """
-    shift_lower = slope_shift_per_scale(elevation_tangent_lower, gain_lower, sense_lower)
-    shift_upper = slope_shift_per_scale(elevation_tangent_upper, gain_upper, sense_upper)
+    shift_lower = slope_shift_per_scale(elevation_tangent_lower, gain_lower, sense_lower, law)
+    shift_upper = slope_shift_per_scale(elevation_tangent_upper, gain_upper, sense_upper, law)
     # D = b / (m_l - m_u).
     return (shift_upper - shift_lower) / (elevation_tangent_lower - elevation_tangent_upper)

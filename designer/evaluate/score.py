@@ -42,6 +42,7 @@ from designer.evaluate.resolution import (
 )
 from designer.files import InputError, as_json
 from designer.optics.conversions import Shape
+from designer.optics.image_law import image_law_of, widest_half_tangent
 from designer.optics.view import elevation_tangents_of_views, half_angle_tangent
 
 # Powers and products of numbers within these sizes stay finite.
@@ -235,6 +236,7 @@ def check_scorable(design: Design) -> None:
         raise InputError(f"working_volume.elevation_deg = [{low:g}, {high:g}]: must be increasing, between -90 and 90")
     if not 0 < near < far:
         raise InputError(f"working_volume.distance_mm = [{near:g}, {far:g}]: must be increasing and above zero")
+    check_image_law(design)
     slopes = (math.tan(math.radians(low)), math.tan(math.radians(high)))
     ranges = elevation_tangents_of_views(slopes, (near, far), design.baseline_mm)
     for name, view, from_volume in zip(VIEW_NAMES, (design.views.upper, design.views.lower), ranges, strict=True):
@@ -247,6 +249,20 @@ def check_scorable(design: Design) -> None:
         ends = [*from_volume, *(math.tan(math.radians(end)) for end in view.elevation_deg)]
         if any(abs(view.gain) * half_angle_tangent(end, view.sense) >= 1 for end in ends):
             raise InputError(f"views.{name}.gain = {view.gain:g}: its rays would reach the pinhole from behind")
+
+
+def check_image_law(design: Design) -> None:
+    """Raise InputError for a lens whose image radius stops rising before the edge of the image circle."""
+    camera, law = design.camera, image_law_of(design.camera)
+    if law.is_perspective:
+        return
+    reached = float(law.ratio(widest_half_tangent(law))) * camera.focal_length_mm
+    if not reached > camera.image_radius_mm:
+        key = "distortion" if camera.distortion else "projection"
+        raise InputError(
+            f"camera.{key}: the image radius rises up to {reached:.4g} mm only, at {math.degrees(law.widest):.4g} "
+            f"degrees; the image circle's is {camera.image_radius_mm:.4g} mm"
+        )
 
 
 def _check_sizes(part: object, key: str = "") -> None:
@@ -271,7 +287,8 @@ def limit_of_design(design: Design) -> float | None:
         sense_upper=design.views.upper.sense,
         outer_view=design.views.outer,
     )
-    bounds = ImageBounds(camera.image_radius_mm, design.zone_gap_px * camera.pixel_pitch_mm)
+    law = image_law_of(camera)
+    bounds = ImageBounds(camera.image_radius_mm, design.zone_gap_px * camera.pixel_pitch_mm, law)
     at = (arrangement, volume_of(design), design.baseline_mm, camera.focal_length_mm, bounds)
     if min(limit_gains(*at)) <= 0:
         return None

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from designer.design import Camera, Design, Mirror
+from designer.export.sequential import refuse_other_laws
 from designer.files import InputError
 from designer.trace.instrument import sag
 
@@ -27,8 +28,9 @@ def povray_scene(design: Design) -> dict[str, str]:
     Raises
     ------
     InputError
-        A length is beyond what POV-Ray resolves, or there is no distance for the wall.
+        The lens is not perspective, a length is beyond what POV-Ray resolves, or there is no distance for the wall.
     """
+    refuse_other_laws(design.camera, "the scene's camera is a pinhole before a flat image plane")
     lines = [*_head(design), *_camera(design.camera)]
     for mirror in design.mirrors:
         lines += _mirror(mirror)

@@ -14,10 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from designer.design import Design, Mirror, ViewName
+from designer.design import Camera, Design, Mirror, ViewName
 from designer.files import InputError
 from designer.trace.aiming import pinhole_angles, widest_pinhole_angle
 from designer.trace.bundles import pinhole_directions
+from designer.trace.image_law import is_perspective
 from designer.trace.instrument import build_instrument
 from designer.trace.sequential import trace_sequential
 
@@ -82,9 +83,18 @@ def sequential_views(design: Design) -> dict[ViewName, SequentialView]:
     Raises
     ------
     InputError
-        No ray of the image leaves a view's mirrors at an elevation that it must see, or a distance is none.
+        The lens is not perspective, no ray of the image leaves a view's mirrors at an elevation that it must see, or a
+        distance is none.
     """
+    refuse_other_laws(design.camera, "an ideal (paraxial) lens images r = f tan(psi)")
     return {name: _sequential_view(design, name) for name in design.views.by_name}
+
+
+def refuse_other_laws(camera: Camera, reason: str) -> None:
+    """Raise InputError, with the reason, for a lens that a format with perspective cameras cannot hold."""
+    if not is_perspective(camera):
+        described = f"{camera.projection} projection" + (" with distortion" if any(camera.distortion) else "")
+        raise InputError(f"camera.projection: this format cannot hold a lens of {described}: {reason}")
 
 
 def _sequential_view(design: Design, name: ViewName) -> SequentialView:

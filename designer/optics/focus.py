@@ -25,6 +25,7 @@ from itertools import pairwise
 from designer.design import Camera, Design, Sense
 from designer.optics.backend import Scalar, absolute, sqrt
 from designer.optics.conic import FocalConic
+from designer.optics.image_law import PERSPECTIVE, ImageLaw, image_law_of
 from designer.optics.layout import OpticalPath, Point
 from designer.optics.view import half_angle_tangent, image_radius_slope
 
@@ -107,7 +108,7 @@ class LightWidth:
 
 @dataclass(frozen=True, slots=True)
 class Lens:
-    """A focused lens: principal distance f and f-number N, and the reciprocal w = 1/u of its focus distance.
+    """A focused lens: principal distance f, f-number N, the reciprocal w = 1/u of its focus distance, and its law.
 
     u counts from the entrance pupil, and w = 0 is focus at infinity. The nominal focal length f0 follows from
     1/f0 = 1/f + w.
@@ -116,6 +117,7 @@ class Lens:
     principal_distance: Scalar
     f_number: Scalar
     reciprocal_focus: Scalar
+    law: ImageLaw = PERSPECTIVE
 
     @property
     def pupil_diameter(self) -> Scalar:
@@ -123,9 +125,10 @@ class Lens:
         return self.principal_distance / (1.0 + self.principal_distance * self.reciprocal_focus) / self.f_number
 
     def blur(self, reciprocal_depth: Scalar) -> Scalar:
-        """Signed diameter p f (1/u - 1/z_V) of the blur on the sensor, negative for an image nearer than the focus.
+        """Signed diameter p f (1/u - 1/z_V) of the blur in a perspective image, negative if nearer than the focus.
 
-        Exact for a thin lens and a stigmatic pencil, and even in all of the pupil: the disc is evenly lit.
+        Exact for a thin lens and a stigmatic pencil, and even in all of the pupil: the disc is evenly lit. A lens of
+        another law stretches it (:meth:`designer.optics.image_law.ImageLaw.stretch`).
         """
         return self.pupil_diameter * self.principal_distance * (self.reciprocal_focus - reciprocal_depth)
 
@@ -204,7 +207,10 @@ def reciprocal_image_depth(ray: ChiefRay, reciprocal_distance: Scalar) -> Scalar
 
 
 def blur_in_scene(path: LightPath, slope: Scalar, lens: Lens, blur: Scalar) -> Scalar:
-    """A blur on the sensor (mm) as an angle of elevation in the scene (radians): blur / |dr/dphi|, its sign kept."""
+    """A blur in a perspective image (mm) as an angle of elevation in the scene (radians), its sign kept.
+
+    blur / |dr/dphi|, both of r = f tan(psi): the lens's law stretches both alike.
+    """
     return blur / absolute(image_radius_slope(slope, path.gain, lens.principal_distance, path.sense))
 
 
@@ -274,7 +280,7 @@ def light_path_of_design(design: Design, view_name: str) -> LightPath:
 def lens_of_camera(camera: Camera) -> Lens:
     """The lens as a design records it; focus at infinity where none is recorded."""
     reciprocal = 1.0 / camera.focus_distance_mm if camera.focus_distance_mm else 0.0
-    return Lens(camera.focal_length_mm, camera.f_number, reciprocal)
+    return Lens(camera.focal_length_mm, camera.f_number, reciprocal, image_law_of(camera))
 
 
 def _chain(ray: ChiefRay, reciprocal_distance: Scalar) -> tuple[tuple[Scalar, ...], Scalar]:

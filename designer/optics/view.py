@@ -1,5 +1,7 @@
 """One view as four numbers: viewpoint height, sense, gain and principal distance (docs/theory.md, section 4).
 
+A lens that is not r = f tan(psi) adds its law (:mod:`designer.optics.image_law`); without one, it is perspective.
+
 A direct view obeys tan(psi/2) = kappa tan(pi/4 + phi/2), a folded one tan(psi/2) = kappa tan(pi/4 - phi/2), where
 psi is the angle of a ray at the pinhole from +z and phi the elevation at the effective viewpoint. With m = tan(phi)
 the half-angle tangent is sqrt(1 + m^2) +- m, so nothing here needs an inverse trigonometric function.
@@ -10,6 +12,7 @@ from __future__ import annotations
 
 from designer.design import Sense
 from designer.optics.backend import Scalar, sqrt
+from designer.optics.image_law import PERSPECTIVE, ImageLaw
 
 
 def half_angle_tangent(elevation_tangent: Scalar, sense: Sense) -> Scalar:
@@ -24,27 +27,39 @@ def elevation_tangent(half_angle_tangent: Scalar, sense: Sense) -> Scalar:
     return sign * (half_angle_tangent - 1.0 / half_angle_tangent) / 2.0
 
 
-def image_radius(elevation_tangent: Scalar, gain: Scalar, principal_distance: Scalar, sense: Sense) -> Scalar:
-    """Signed image radius r = f tan(psi) in mm of a direction with slope m = tan(phi).
+def image_radius(
+    elevation_tangent: Scalar, gain: Scalar, principal_distance: Scalar, sense: Sense, law: ImageLaw = PERSPECTIVE
+) -> Scalar:
+    """Signed image radius in mm, f tan(psi) unless the law is another, of a direction with slope m = tan(phi).
 
     Negative for a view of negative gain: the image lies on the other side of the axis.
     """
     half_tangent = gain * half_angle_tangent(elevation_tangent, sense)
-    return principal_distance * 2.0 * half_tangent / (1.0 - half_tangent * half_tangent)
+    if law.is_perspective:
+        return principal_distance * 2.0 * half_tangent / (1.0 - half_tangent * half_tangent)
+    return principal_distance * law.ratio(half_tangent)
 
 
-def image_radius_slope(elevation_tangent: Scalar, gain: Scalar, principal_distance: Scalar, sense: Sense) -> Scalar:
-    """Signed dr/dphi in mm per radian: f sec^2(psi) kappa (1 + t^2) / (1 + kappa^2 t^2), negative when folded."""
+def image_radius_slope(
+    elevation_tangent: Scalar, gain: Scalar, principal_distance: Scalar, sense: Sense, law: ImageLaw = PERSPECTIVE
+) -> Scalar:
+    """Signed dr/dphi in mm per radian: dr/dpsi kappa (1 + t^2) / (1 + kappa^2 t^2), negative when folded.
+
+    dr/dpsi is f sec^2(psi) unless the law is another.
+    """
     sign = 1.0 if sense == "direct" else -1.0
     tangent = half_angle_tangent(elevation_tangent, sense)
     squared = (gain * tangent) ** 2
-    return sign * principal_distance * gain * (1.0 + tangent**2) * (1.0 + squared) / (1.0 - squared) ** 2
+    if law.is_perspective:
+        return sign * principal_distance * gain * (1.0 + tangent**2) * (1.0 + squared) / (1.0 - squared) ** 2
+    steepness = principal_distance * law.ratio_slope(gain * tangent)
+    return sign * steepness * gain * (1.0 + tangent**2) / (1.0 + squared)
 
 
-def image_half_tangent(image_radius: Scalar, principal_distance: Scalar) -> Scalar:
-    """tan(psi/2) of the ray through image radius r = f tan(psi); keeps the sign of r."""
+def image_half_tangent(image_radius: Scalar, principal_distance: Scalar, law: ImageLaw = PERSPECTIVE) -> Scalar:
+    """tan(psi/2) of the ray through image radius r, f tan(psi) unless the law is another; keeps the sign of r."""
     ratio = image_radius / principal_distance
-    return ratio / (1.0 + sqrt(1.0 + ratio * ratio))
+    return ratio / (1.0 + sqrt(1.0 + ratio * ratio)) if law.is_perspective else law.half_tangent(ratio)
 
 
 def elevation_tangents_of_views(

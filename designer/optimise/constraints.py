@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from designer.optics.backend import Scalar, absolute, arctan, degrees, maximum, minimum, sqrt
+from designer.optics.image_law import pinhole_tangent
 from designer.optics.kinds import ELLIPSOID_GAINS
 from designer.optimise.system import System, zone_tangents
 
@@ -54,20 +55,27 @@ def image_constraints(system: System) -> Iterable[Constraint]:
     outer, inner = ("upper", "lower") if variant.configuration.topology == "upper_outer" else ("lower", "upper")
     tangents = {view: zone_tangents(variant, view, slopes) for view, slopes in system.slopes.items()}
 
-    def image_slope(view: str, end: int) -> Scalar:
-        half = variant.gain_sign(view) * values[f"{view}_gain"] * tangents[view][end]
-        return 2.0 * half / (1.0 - half * half)
+    def half_tangent(view: str, end: int) -> Scalar:
+        return variant.gain_sign(view) * values[f"{view}_gain"] * tangents[view][end]
+
+    def image_ratio(view: str, end: int) -> Scalar:
+        return specification.law.ratio(half_tangent(view, end))
 
     distance, pitch = values["principal_distance"], specification.pixel_pitch
-    rim = image_slope(outer, 1)
+    rim = image_ratio(outer, 1)
     # The light of the two zones' ends spreads beyond them by half its blur.
     mixing = (system.largest_blur_at_end(outer, 0) + system.largest_blur_at_end(inner, 1)) / 2.0
-    gap = distance * (image_slope(outer, 0) - image_slope(inner, 1)) - specification.zone_gap - mixing
+    gap = distance * (image_ratio(outer, 0) - image_ratio(inner, 1)) - specification.zone_gap - mixing
     spare = (specification.image_radius - distance * rim) / pitch
     yield Constraint("image_circle", f"{outer} view inside the image circle", "px", 10.0, spare)
     yield Constraint("zone_gap", "gap between the image zones", "px", 10.0, gap / pitch)
-    barrel = specification.lens_radius - system.lens.pupil_diameter / 2.0 - specification.lens_front * rim
+    steepest = rim if specification.law.is_perspective else pinhole_tangent(half_tangent(outer, 1))
+    barrel = specification.lens_radius - system.lens.pupil_diameter / 2.0 - specification.lens_front * steepest
     yield Constraint("lens_barrel", "lens barrel clear of the light", "mm", 1.0, barrel)
+    if not specification.law.is_perspective:
+        # Farther out the image radius may fall again, and lie within the image circle once more.
+        beyond = specification.law.widest - 2.0 * arctan(half_tangent(outer, 1))
+        yield Constraint("lens_field", f"{outer} view within the lens's field", "deg", 1.0, degrees(beyond))
 
 
 def mirror_constraints(system: System) -> Iterable[Constraint]:
@@ -159,9 +167,12 @@ def blur_constraints(system: System) -> Iterable[Constraint]:
     """No point of the working volume blurs more than asked, on the sensor and in the scene."""
     asked = system.specification
     for blur in system.blurs:
-        allowed = minimum(asked.largest_blur, asked.largest_blur_angle * blur.image_scale)
-        spare = (allowed - absolute(blur.on_sensor)) / asked.pixel_pitch
-        yield Constraint("blur", f"blur of the {blur.view} view", "px", 2.0, spare)
+        in_scene = asked.largest_blur_angle * blur.image_scale
+        if asked.law.is_perspective:
+            spare = minimum(asked.largest_blur, in_scene) - blur.on_sensor
+        else:
+            spare = minimum(asked.largest_blur - blur.on_sensor, in_scene - absolute(blur.along))
+        yield Constraint("blur", f"blur of the {blur.view} view", "px", 2.0, spare / asked.pixel_pitch)
 
 
 CONSTRAINTS: tuple[ConstraintBuilder, ...] = (

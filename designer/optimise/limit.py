@@ -21,7 +21,7 @@ def limiting_gains(
         volume_of(specification),
         baseline,
         principal_distance,
-        ImageBounds(specification.image_radius, specification.zone_gap),
+        ImageBounds(specification.image_radius, specification.zone_gap, specification.law),
     )
     return {"lower": lower, "upper": upper}
 
@@ -35,7 +35,7 @@ def limit_of(variant: Variant, specification: Specification, baseline: Scalar, p
         volume_of(specification),
         baseline,
         principal_distance,
-        ImageBounds(specification.image_radius, specification.zone_gap),
+        ImageBounds(specification.image_radius, specification.zone_gap, specification.law),
         lambda pair: sharp_noise_model(conditions, pair, specification.fastest),
         specification.scale_uncertainty,
     )

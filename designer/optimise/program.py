@@ -30,6 +30,7 @@ from designer.optics.clearance import (
     solid_rows,
     solid_separations,
 )
+from designer.optics.image_law import ImageLaw
 from designer.optimise.constraints import constraints_of
 from designer.optimise.problem import Problem
 from designer.optimise.separating_directions import NearPairs
@@ -131,14 +132,14 @@ class _Geometry:
 
 @lru_cache(maxsize=128)
 def _build_geometry(
-    variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], near: NearPairs
+    variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], near: NearPairs, law: ImageLaw
 ) -> _Geometry:
     scaled = casadi.SX.sym("scaled", len(free))
     # A variable without a choice is its lower end, a parameter: no derivatives by it are ever needed.
     position = {name: scaled[i] for i, name in enumerate(free)}
     numbers = casadi.SX.sym("specification", len(SPECIFICATION_NAMES))
     low, high = casadi.SX.sym("low", len(VARIABLES)), casadi.SX.sym("high", len(VARIABLES))
-    specification = Specification(*(numbers[i] for i in range(len(SPECIFICATION_NAMES))))
+    specification = Specification(**{name: numbers[i] for i, name in enumerate(SPECIFICATION_NAMES)}, law=law)
     values = with_principal_distance(
         {
             variable.name: unscaled(variable, variant, position.get(variable.name, 0.0), low[i], high[i])
@@ -175,14 +176,20 @@ def _build_goals(geometry: _Geometry, noise: Noise) -> Any:
 
 @lru_cache(maxsize=512)
 def build_program(
-    variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], near: NearPairs, noise: Noise | None
+    variant: Variant,
+    fixed: tuple[tuple[str, float], ...],
+    free: tuple[str, ...],
+    near: NearPairs,
+    law: ImageLaw,
+    noise: Noise | None,
 ) -> Program:
     """Build the program of a variant, with the given variables free, that keeps near pairs apart.
 
     Its parameters are the requirement's numbers, the ends of the bounds, what is minimised, the goals' typical sizes,
-    and the chosen directions. ``noise`` is what goals need to know; None for a program without goals.
+    and the chosen directions. ``law`` is the lens's. ``noise`` is what goals need to know; None for a program without
+    goals.
     """
-    geometry = _build_geometry(variant, fixed, free, near)
+    geometry = _build_geometry(variant, fixed, free, near, law)
     given = [geometry.function.size1_in(i) for i in range(1, 5)]
     sizes = [*given[:3], len(GOALS) + 1, len(GOALS), given[3]]
     variables, parameters = casadi.MX.sym("variables", len(free) + 1), casadi.MX.sym("parameters", sum(sizes))

@@ -52,8 +52,9 @@ class Run:
     def program(self, *, with_goals: bool) -> Program:
         """The program to solve; built once for all runs that share it."""
         names = tuple(name for name, is_free in zip(VARIABLE_NAMES, self.free, strict=True) if is_free)
-        noise: Noise = "predicted" if self.problem.specification.predicted_share else "constant"
-        return build_program(self.problem.variant, self.problem.fixed, names, self.near, noise if with_goals else None)
+        variant, asked, fixed = self.problem.variant, self.problem.specification, self.problem.fixed
+        noise: Noise = "predicted" if asked.predicted_share else "constant"
+        return build_program(variant, fixed, names, self.near, asked.law, noise if with_goals else None)
 
 
 @dataclass(frozen=True, slots=True)

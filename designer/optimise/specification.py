@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass, fields
 
 from designer.optics.backend import Scalar
+from designer.optics.image_law import PERSPECTIVE, ImageLaw
 from designer.requirement import PREDICTED, Lens, Requirement
 
 # Blurs that bound nothing.
@@ -17,7 +18,7 @@ class Specification:
     """Every number of a requirement that geometry depends on, for one of its lenses; mm and radians.
 
     The ranges of baseline, focal length, focus and f-number are not here: they bound variables. Blurs are diameters,
-    on the sensor and as an angle in the scene.
+    on the sensor and as an angle in the scene. The law of the lens is no number: a program is built for one.
     """
 
     elevation_low: Scalar
@@ -52,6 +53,7 @@ class Specification:
     clearance: Scalar
     smallest_mirror_radius: Scalar
     largest_slope: Scalar
+    law: ImageLaw = PERSPECTIVE
 
     @property
     def reach_radius(self) -> Scalar:
@@ -59,7 +61,7 @@ class Specification:
         return self.envelope_diameter + self.body_radius + self.lens_radius
 
 
-SPECIFICATION_NAMES = tuple(field.name for field in fields(Specification))
+SPECIFICATION_NAMES = tuple(field.name for field in fields(Specification) if field.name != "law")
 
 
 def specification_of(requirement: Requirement, lens: Lens) -> Specification:
@@ -102,9 +104,10 @@ def specification_of(requirement: Requirement, lens: Lens) -> Specification:
         clearance=manufacture.clearance_mm,
         smallest_mirror_radius=manufacture.smallest_mirror_radius_mm,
         largest_slope=math.radians(manufacture.largest_slope_deg),
+        law=lens.image_law,
     )
 
 
 def specification_values(specification: Specification) -> list[float]:
     """The numbers in the order of ``SPECIFICATION_NAMES``."""
-    return [float(value) for value in astuple(specification)]
+    return [float(getattr(specification, name)) for name in SPECIFICATION_NAMES]

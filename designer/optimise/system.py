@@ -39,20 +39,29 @@ Slopes = tuple[Scalar, Scalar]
 class Blur:
     """The blur of one view at one slope of its range (0 lowest, 1 middle, 2 highest) and one distance.
 
-    ``reciprocal_depth`` is 1 / z_V of the virtual image in 1/mm, ``on_sensor`` the signed diameter of the blur in mm,
-    ``image_scale`` what a radian of elevation measures there on the sensor, mm.
+    ``reciprocal_depth`` is 1 / z_V of the virtual image in 1/mm. ``along`` and ``across`` are the signed diameters of
+    the blur on the sensor in mm, along the radius and across it; None for the same through a perspective lens.
+    ``image_scale`` is what a radian of elevation measures there on the sensor, mm.
     """
 
     view: str
     place: int
     reciprocal_depth: Scalar
-    on_sensor: Scalar
+    along: Scalar
+    across: Scalar | None
     image_scale: Scalar
+
+    @property
+    def on_sensor(self) -> Scalar:
+        """Diameter of the blur on the sensor, the larger of the two, mm."""
+        if self.across is None:
+            return absolute(self.along)
+        return maximum(absolute(self.along), absolute(self.across))
 
     @property
     def in_scene(self) -> Scalar:
         """The blur as a signed angle of elevation, radians."""
-        return self.on_sensor / self.image_scale
+        return self.along / self.image_scale
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,11 +97,11 @@ class System:
     layout: Layout
 
     def largest_blur_at_end(self, view: str, end: int) -> Scalar:
-        """Diameter on the sensor of the larger blur, near or far, at a zone's inner (0) or outer (1) end, mm."""
+        """Extent along the radius of the larger blur, near or far, at a zone's inner (0) or outer (1) end, mm."""
         # A folded view has its highest elevation inside.
         place = 2 if (end == 1) == (self.variant.sense(view) == "direct") else 0
         near, far = (blur for blur in self.blurs if blur.view == view and blur.place == place)
-        return maximum(absolute(near.on_sensor), absolute(far.on_sensor))
+        return maximum(absolute(near.along), absolute(far.along))
 
     @property
     def pair(self) -> StereoPair:
@@ -104,6 +113,7 @@ class System:
             self.variant.sense("upper"),
             self.values["baseline"],
             self.values["principal_distance"],
+            self.specification.law,
         )
 
     @property
@@ -135,7 +145,7 @@ class System:
 def put_together(variant: Variant, values: Values, specification: Specification) -> System:
     """Put a system together; the secondary's variables are ignored for direct configurations."""
     slopes = _needed_slopes(values, specification)
-    lens = Lens(values["principal_distance"], values["f_number"], values["reciprocal_focus"])
+    lens = Lens(values["principal_distance"], values["f_number"], values["reciprocal_focus"], specification.law)
     distances = (specification.distance_near, specification.distance_far)
     paths, blurs, light_paths = [], [], {}
     for chief in _paths(variant, values, slopes):
@@ -155,9 +165,15 @@ def _blurs(
     view: str, place: int, light: LightPath, ray: ChiefRay, lens: Lens, distances: tuple[Scalar, Scalar]
 ) -> list[Blur]:
     """The blur along one chief ray, near and far."""
-    scale = absolute(image_radius_slope(ray.slope, light.gain, lens.principal_distance, light.sense))
+    scale = absolute(image_radius_slope(ray.slope, light.gain, lens.principal_distance, light.sense, lens.law))
     depths = [reciprocal_image_depth(ray, reciprocal_along_ray(ray.slope, distance)) for distance in distances]
-    return [Blur(view, place, depth, lens.blur(depth), scale) for depth in depths]
+    blurs = [lens.blur(depth) for depth in depths]
+    if lens.law.is_perspective:
+        return [Blur(view, place, depth, blur, None, scale) for depth, blur in zip(depths, blurs, strict=True)]
+    along, across = lens.law.stretch(ray.half_tangent)
+    return [
+        Blur(view, place, depth, blur * along, blur * across, scale) for depth, blur in zip(depths, blurs, strict=True)
+    ]
 
 
 def enclosure(layout: Layout, specification: Specification) -> dict[str, Scalar]:

@@ -7,9 +7,11 @@ from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Discriminator, Field, StrictStr, Tag, model_validator
 
+from designer.design import MOST_COEFFICIENTS, Projection
+from designer.optics.image_law import WIDEST_ANGLE, ImageLaw, widest_half_tangent
 from designer.optics.thin_lens import principal_distance, pupil_radius
 from designer.requirement.part import METRES, NumberOrRange, Part, ends
-from designer.requirement.quantity import Quantity, refuse
+from designer.requirement.quantity import Choice, Coefficients, Quantity, refuse
 
 CLOSEST_FOCUS = 1.001
 """Focus distance in focal lengths that no lens goes below: there its image plane would lie a thousand of them away."""
@@ -80,6 +82,28 @@ class Lens(Part):
         Quantity(0, 1000, "mm"),
         Field(title="barrel length", description="Length of the barrel from its front rim down to the camera body."),
     ]
+    projection: Annotated[
+        Projection,
+        Choice(tuple(MOST_COEFFICIENTS)),
+        Field(
+            default="perspective",
+            description="How the lens images the angle psi from the optical axis, f being its focal length at the "
+            "image's centre (as focused): perspective r = f tan(psi), equidistant r = f psi, equisolid "
+            "r = 2 f sin(psi/2), stereographic r = 2 f tan(psi/2). Default: perspective; lenses that image more than "
+            "45 degrees from the axis are mostly equidistant or equisolid.",
+        ),
+    ]
+    distortion: Annotated[
+        tuple[float, ...],
+        Coefficients(max(MOST_COEFFICIENTS.values()), 1000.0),
+        Field(
+            default=(),
+            description="Radial distortion [k1, k2, ...] as OpenCV calibrates it. Of a perspective lens up to three, "
+            "r = f x (1 + k1 x^2 + k2 x^4 + k3 x^6) with x = tan(psi); of an equidistant one up to four (OpenCV's "
+            "fisheye model), r = f psi (1 + k1 psi^2 + k2 psi^4 + k3 psi^6 + k4 psi^8). The other projections take "
+            "none. The image radius must rise with psi as far as the image circle. Default: none.",
+        ),
+    ]
 
     @property
     def focal_lengths_mm(self) -> tuple[float, float]:
@@ -98,10 +122,28 @@ class Lens(Part):
         return 1.0 / far, 1.0 / near
 
     @property
+    def image_law(self) -> ImageLaw:
+        """The law from angle to image radius."""
+        return ImageLaw(self.projection, self.distortion)
+
+    @property
     def principal_distances_mm(self) -> tuple[float, float]:
         """Least and greatest principal distance f0 u / (u - f0); equal for a fixed lens at a given focus."""
         (shortest, longest), (near, far) = self.focal_lengths_mm, ends(self.focus_distance_mm)
         return principal_distance(shortest, far), principal_distance(longest, near)
+
+    @model_validator(mode="after")
+    def _projection_has_its_coefficients(self) -> Self:
+        most = MOST_COEFFICIENTS[self.projection]
+        if len(self.distortion) > most:
+            refuse(
+                f"must be at most {most} coefficients because projection = {self.projection}"
+                if most
+                else f"must be omitted because projection = {self.projection}",
+                "distortion",
+                list(self.distortion),
+            )
+        return self
 
     @model_validator(mode="after")
     def _can_be_built(self) -> Self:
@@ -205,4 +247,24 @@ class Camera(Part):
                 "image_circle_radius_px",
                 self.image_circle_radius_px,
             )
+        return self
+
+    @model_validator(mode="after")
+    def _laws_rise_to_the_image_circle(self) -> Self:
+        for number, lens in enumerate(self.lenses):
+            law, shortest = lens.image_law, lens.principal_distances_mm[0]
+            if law.is_perspective:
+                continue
+            reached = float(law.ratio(widest_half_tangent(law))) * shortest
+            if reached <= self.image_radius_mm:
+                key = "distortion" if lens.distortion else "projection"
+                end = math.degrees(law.widest)
+                limit = "a little before it stops rising" if law.widest < WIDEST_ANGLE else "the widest angle allowed"
+                refuse(
+                    f"the image radius is {reached:.4g} mm at {end:.4g} degrees, {limit}; it must exceed the image "
+                    f"circle's, camera.image_circle_radius_px = {self.image_circle_radius_px:g} "
+                    f"({self.image_radius_mm:.4g} mm)",
+                    f"lens.{number}.{key}" if isinstance(self.lens, tuple) else f"lens.{key}",
+                    list(lens.distortion) if lens.distortion else lens.projection,
+                )
         return self

@@ -93,6 +93,35 @@ class Quantity:
 
 
 @dataclass(frozen=True, slots=True)
+class Coefficients:
+    """A pydantic type annotation: an array of numbers without a unit, at most so many, each at most so large."""
+
+    most: int
+    largest: float
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Validate with :meth:`check` alone, whatever the annotated type."""
+        return core_schema.no_info_plain_validator_function(self.check)
+
+    @property
+    def allowed(self) -> str:
+        """What may be written, in words."""
+        return f"an array of at most {self.most} numbers from {-self.largest:g} to {self.largest:g}"
+
+    def check(self, value: object) -> tuple[float, ...]:
+        """Return the numbers, or refuse them."""
+        if not isinstance(value, list | tuple) or len(value) > self.most:
+            refuse(f"must be {self.allowed}")
+        if any(isinstance(item, bool) or not isinstance(item, Real) for item in value):
+            refuse(f"must be {self.allowed}")
+        numbers = tuple(float(item) for item in value)
+        # Written so that NaN fails too.
+        if not all(abs(item) <= self.largest for item in numbers):
+            refuse(f"must be {self.allowed}")
+        return numbers
+
+
+@dataclass(frozen=True, slots=True)
 class Choice:
     """A pydantic type annotation: one of some words."""
 

@@ -11,7 +11,7 @@ from designer.requirement.camera import Lens
 from designer.requirement.fixed import FixedMirror, FixedView
 from designer.requirement.model import Requirement
 from designer.requirement.part import Part
-from designer.requirement.quantity import Choice, NumberOrWord, Quantity
+from designer.requirement.quantity import Choice, Coefficients, NumberOrWord, Quantity
 
 _HEAD = """\
 # Requirement reference
@@ -64,7 +64,9 @@ def _sentence(model: type[Part]) -> str:
 
 
 def _allowed(field: FieldInfo) -> str:
-    quantity = next((item for item in field.metadata if isinstance(item, Quantity | Choice | NumberOrWord)), None)
+    quantity = next(
+        (item for item in field.metadata if isinstance(item, Quantity | Choice | Coefficients | NumberOrWord)), None
+    )
     if quantity is not None:
         return quantity.allowed
     if get_origin(field.annotation) is Literal:
@@ -86,7 +88,7 @@ def _default(field: FieldInfo) -> str:
 
 def _written(value: Any) -> str:
     """The default as TOML would hold it."""
-    if value is None or value == {}:
+    if value is None or value in ({}, ()):
         return "none"
     if isinstance(value, str):
         return f'`"{value}"`'

@@ -126,6 +126,8 @@ def _camera(requirement: Requirement, lens: Lens, values: dict[str, float]) -> C
             "lens": lens.name,
             "nominal_focal_length_mm": values["focal_length"],
             "focus_distance_mm": 1.0 / reciprocal_focus if reciprocal_focus > AT_INFINITY_PER_MM else None,
+            "projection": lens.projection,
+            "distortion": lens.distortion,
         }
     )
 
@@ -228,7 +230,7 @@ def least_limit_of(requirement: Requirement, configuration: Configuration) -> Le
                     Volume((math.radians(low_deg), math.radians(high_deg)), volume.distance_mm),
                     requirement.baseline_range_mm,
                     lens.principal_distances_mm,
-                    ImageBounds(camera.image_radius_mm, requirement.manufacture.zone_gap_px * pitch),
+                    ImageBounds(camera.image_radius_mm, requirement.manufacture.zone_gap_px * pitch, lens.image_law),
                     _sharp_noise(requirement, lens),
                     requirement.scale_uncertainty_percent / 100.0,
                 )

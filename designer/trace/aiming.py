@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from designer.design import Design
 from designer.trace.arrays import Array
 from designer.trace.bundles import elevation_angles, pinhole_directions
+from designer.trace.image_law import pinhole_angle
 from designer.trace.instrument import Instrument, Pose, build_instrument
 from designer.trace.sequential import trace_sequential
 
@@ -58,10 +59,13 @@ def pinhole_angles(instrument: Instrument, path: Sequence[int], elevations: Arra
 
 
 def widest_pinhole_angle(design: Design) -> float:
-    """Angle psi in radians of the corner of the image, or of the image circle where that reaches farther."""
+    """Angle psi in radians of the corner of the image, or of the image circle where that reaches farther.
+
+    The end of the lens's field where neither is in it.
+    """
     camera = design.camera
     corner = np.hypot(camera.width_px, camera.height_px) / 2.0 * camera.pixel_pitch_mm
-    return float(np.arctan2(max(corner, camera.image_radius_mm), camera.focal_length_mm))
+    return float(pinhole_angle(camera, max(corner, camera.image_radius_mm)))
 
 
 def meridional_rays(

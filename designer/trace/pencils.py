@@ -93,11 +93,11 @@ class Bundles:
         return np.asarray(ahead / np.linalg.norm(ahead, axis=-1, keepdims=True))
 
     def landed_mm(self, principal_distance_mm: float, reciprocal_focus: float) -> Array:
-        """Where the rays land on the sensor (n, k, p, 2) behind a thin lens: f (slope + place / u), 1/u given."""
+        """Where the rays land (n, k, p, 2) behind a perspective thin lens: f (slope + place / u), 1/u given."""
         return np.asarray(principal_distance_mm * (self.slopes + self.places_mm[:, :2] * reciprocal_focus))
 
     def rms_radius_mm(self, principal_distance_mm: float, reciprocal_focus: float) -> Array:
-        """Root mean square distance (n, k) of the light from its centre, on the sensor; NaN if any ray is lost."""
+        """Root mean square distance (n, k) of the light from its centre, as above; NaN if any ray is lost."""
         landed = self.landed_mm(principal_distance_mm, reciprocal_focus)
         off = landed - landed.mean(axis=2, keepdims=True)
         return np.asarray(np.sqrt(np.sum(off * off, axis=-1).mean(axis=-1)))

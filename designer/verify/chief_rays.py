@@ -14,6 +14,7 @@ from designer.trace.aiming import pinhole_angles, widest_pinhole_angle
 from designer.trace.arrays import Array
 from designer.trace.bundles import pinhole_directions
 from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
+from designer.trace.image_law import image_radius, is_perspective, pinhole_angle
 from designer.trace.instrument import Instrument
 from designer.trace.sequential import trace_sequential
 from designer.verify.coverage import SCAN_AZIMUTH, Run, find_runs, single_viewpoint_residuals
@@ -77,7 +78,7 @@ def judge_view(
     ``view`` carries the asked elevations; ``whole_image`` says whether rays that are not asked for are traced too.
     """
     path, widest = instrument.path(view.path), widest_pinhole_angle(design)
-    circle = float(np.arctan2(design.camera.image_radius_mm, design.camera.focal_length_mm))
+    circle = float(pinhole_angle(design.camera, design.camera.image_radius_mm))
     asked = _aim_at(view.elevation_deg, instrument, path, widest)
     scanned = _scanned_angles(asked, widest, whole_image)
     meridians = _other_meridians(asked.psi)
@@ -214,6 +215,8 @@ def _camera_problems(design: Design, widest_asked: float, circle: float) -> list
     if np.degrees(widest_asked - circle) > END_INSET_DEG:
         focal_px = camera.focal_length_mm / camera.pixel_pitch_mm
         beyond = focal_px * (np.tan(widest_asked) - np.tan(circle))
+        if not is_perspective(camera):
+            beyond = np.diff(image_radius(camera, [circle, widest_asked]))[0] / camera.pixel_pitch_mm
         problems.append(f"its image zone reaches {beyond:.4g} px beyond the image circle")
     excess = camera.lens_front_mm * np.tan(widest_asked) - camera.lens_radius_mm
     if excess > 0.0:

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from designer.design import Design, Interval, View
+from designer.design import Camera, Design, Interval, View
 from designer.trace.aiming import widest_pinhole_angle
+from designer.trace.image_law import image_radius, largest_radius_mm
 from designer.trace.instrument import build_instrument
 from designer.verify.chief_rays import END_INSET_DEG, IMAGE_SAMPLES, judge_view
 from designer.verify.contradicted_record import needed_elevations, record_problems, topology_named_by
@@ -47,6 +48,7 @@ def judge(design: Design, *, whole_image: bool = True) -> Verdict:
             *lower.problems,
             *_zone_problems(design, upper, lower),
             *contact_problems(design),
+            *_lens_problems(design.camera),
         )
         light = view_light(design)
         problems += tuple(light_problems(design, light))
@@ -65,6 +67,17 @@ def judge(design: Design, *, whole_image: bool = True) -> Verdict:
     )
 
 
+def _lens_problems(camera: Camera) -> list[str]:
+    """An image circle that the law of the lens does not reach."""
+    largest = largest_radius_mm(camera)
+    if largest >= camera.image_radius_mm:
+        return []
+    return [
+        f"the lens images nothing beyond {largest:.4g} mm from the centre ({camera.projection} projection), but its "
+        f"image circle reaches {camera.image_radius_mm:.4g} mm"
+    ]
+
+
 def _as_asked(view: View, needed: Interval | None) -> View:
     """The view, asked for all that the working volume needs if its record says less."""
     low, high = view.elevation_deg
@@ -79,8 +92,8 @@ def _zone_problems(design: Design, upper: ViewVerdict, lower: ViewVerdict) -> li
     problems = []
     overlap = common_width(upper.zone_psi_deg, lower.zone_psi_deg)
     if overlap > 0.0:
-        shared = np.tan(np.radians(common(upper.zone_psi_deg, lower.zone_psi_deg)))
-        width = (shared[1] - shared[0]) * design.camera.focal_length_mm / design.camera.pixel_pitch_mm
+        shared = image_radius(design.camera, np.radians(common(upper.zone_psi_deg, lower.zone_psi_deg)))
+        width = (shared[1] - shared[0]) / design.camera.pixel_pitch_mm
         problems.append(f"the image zones of the two views overlap by {width:.4g} px")
     for name, view, zone, other in (
         ("upper", design.views.upper, upper.zone_psi_deg, lower.zone_psi_deg),

@@ -18,6 +18,7 @@ from designer.design import Design, ViewName
 from designer.trace.aiming import pinhole_angles, widest_pinhole_angle
 from designer.trace.arrays import Array
 from designer.trace.first_hit import PathReport, Status, compare_with_path, trace_first_hits
+from designer.trace.image_law import image_radius, is_perspective, stretches
 from designer.trace.instrument import Instrument, build_instrument
 from designer.trace.pencils import DISC_RMS_PER_DIAMETER, Bundles, pupil_places, trace_bundles
 
@@ -42,7 +43,8 @@ class ViewLight:
     ``mixed_at_ends`` are the shares of the light at the image points of the lowest and of the highest elevation that
     belong to the other view, among all that comes through either; ``mixed_in_zone`` the same over the whole zone
     between them. NaN if no light of either view comes there. ``pixels_per_degree`` (n,) is what a degree of elevation
-    measures along the radius, by traced rays.
+    measures along the radius, by traced rays. Where the lens is not perspective it makes an ellipse of the disc, whose
+    larger diameter is meant; it is ``elongation`` (n,) times that along the radius.
     """
 
     elevations_deg: tuple[float, ...]
@@ -53,11 +55,12 @@ class ViewLight:
     mixed_at_ends: tuple[float, float]
     mixed_in_zone: float
     pixels_per_degree: Array
+    elongation: Array | float = 1.0
 
     @property
     def blur_deg(self) -> Array:
         """Blurs as angles of elevation in the scene, (n, k)."""
-        return np.asarray(self.blur_px / self.pixels_per_degree[:, None])
+        return np.asarray(self.blur_px / (self.pixels_per_degree * self.elongation)[:, None])
 
     @property
     def least_arriving(self) -> float:
@@ -117,8 +120,8 @@ def other_view_share(
 ) -> tuple[Array, Array]:
     """Shares (n,) of the pupil through which an image point sees its own view, and the other one.
 
-    ``image_slopes`` (n,) are r / f of the image points, which the lens, focused at 1/u, fills from all ``places``
-    (p, 3) of the pupil: the slope there is r / f - place / u. The places are those of
+    ``image_slopes`` (n,) are tan(psi) of the image points, which the lens, focused at 1/u, fills from all ``places``
+    (p, 3) of the pupil: the slope there is tan(psi) - place / u. The places are those of
     :func:`designer.trace.pencils.pupil_places`.
     """
     places = places[: len(places) // 2]
@@ -148,18 +151,19 @@ def _view_light(
     arrives, stopped_by = arriving_share(instrument, path, bundles)
     rms = bundles.rms_radius_mm(camera.focal_length_mm, reciprocal_focus)
     low, high = view.elevation_deg
-    at_ends, in_zone = _mixing(
-        instrument, path, other_path, bundles.psi[[0, -1]], reciprocal_focus, camera.pupil_radius_mm, rings
-    )
+    along, across = stretches(camera, bundles.psi)
+    longer = np.maximum(along, across)
+    at_ends, in_zone = _mixing(design, instrument, path, other_path, bundles.psi[[0, -1]], rings)
     return ViewLight(
         elevations_deg=(low, (low + high) / 2.0, high),
         distances_mm=design.working_volume.distance_mm,
         arrives=arrives,
         stopped_by=stopped_by,
-        blur_px=rms / DISC_RMS_PER_DIAMETER / camera.pixel_pitch_mm,
+        blur_px=rms / DISC_RMS_PER_DIAMETER / camera.pixel_pitch_mm * longer[:, None],
         mixed_at_ends=at_ends,
         mixed_in_zone=in_zone,
         pixels_per_degree=_pixels_per_degree(design, instrument, path, np.array([low, (low + high) / 2.0, high])),
+        elongation=longer / along,
     )
 
 
@@ -168,23 +172,27 @@ def _pixels_per_degree(design: Design, instrument: Instrument, path: tuple[int, 
     camera = design.camera
     beside = np.radians(elevations_deg[:, None] + STEP_DEG * np.array([-0.5, 0.5]))
     psi = pinhole_angles(instrument, path, beside.ravel(), widest_pinhole_angle(design)).reshape(beside.shape)
-    radius_px = camera.focal_length_mm / camera.pixel_pitch_mm * np.tan(psi)
+    if is_perspective(camera):
+        radius_px = camera.focal_length_mm / camera.pixel_pitch_mm * np.tan(psi)
+    else:
+        radius_px = image_radius(camera, psi) / camera.pixel_pitch_mm
     return np.asarray(np.abs(radius_px[:, 1] - radius_px[:, 0]) / STEP_DEG)
 
 
 def _mixing(
+    design: Design,
     instrument: Instrument,
     path: tuple[int, ...],
     other_path: tuple[int, ...],
     ends: Array,
-    reciprocal_focus: float,
-    pupil_radius: float,
     rings: int,
 ) -> tuple[tuple[float, float], float]:
     """The other view's share at the image points of both ends (pinhole angles), and over the zone between them."""
     if not np.isfinite(ends).all():
         return (np.nan, np.nan), np.nan
-    places = pupil_places(pupil_radius, rings)
+    camera = design.camera
+    reciprocal_focus = 1.0 / camera.focus_distance_mm if camera.focus_distance_mm else 0.0
+    places = pupil_places(camera.pupil_radius_mm, rings)
 
     def shares(image_slopes: Array) -> tuple[Array, Array]:
         return other_view_share(instrument, path, other_path, image_slopes, places, reciprocal_focus)
@@ -199,7 +207,8 @@ def _mixing(
         borders = low + (high - low) * (1.0 - np.cos(np.linspace(0.0, np.pi, ZONE_CELLS + 1))) / 2.0
         own, other = shares((borders[1:] + borders[:-1]) / 2.0)
         # Image points weigh by the area of the ring that they stand for.
-        area = np.abs(np.diff(borders**2))
+        radii = borders if is_perspective(camera) else image_radius(camera, np.arctan(borders))
+        area = np.abs(np.diff(radii**2))
         in_zone = np.sum(area * other) / np.sum(area * (own + other))
     return (float(at_ends[0]), float(at_ends[1])), float(in_zone)
 

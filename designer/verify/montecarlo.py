@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from designer.design import Design
 from designer.trace.aiming import exit_lines, project
 from designer.trace.arrays import Array
+from designer.trace.image_law import image_radius, is_perspective, pinhole_angle
 from designer.trace.instrument import build_instrument
 
 
@@ -99,8 +100,12 @@ def _measure(
     lines: list[tuple[Array, Array]] = []
     for name, view in (("upper", views.upper), ("lower", views.lower)):
         psi = project(design, name, distances, heights)
-        radius = scale * camera.focal_length_mm * np.tan(psi) + sigma * random.standard_normal(psi.size)
-        noisy = np.arctan2(radius, camera.focal_length_mm)
+        imaged = (
+            scale * camera.focal_length_mm * np.tan(psi)
+            if is_perspective(camera)
+            else scale * image_radius(camera, psi)
+        )
+        noisy = pinhole_angle(camera, imaged + sigma * random.standard_normal(psi.size))
         (start_x, start_z), (ahead_x, ahead_z) = exit_lines(instrument, instrument.path(view.path), noisy)
         slope = ahead_z / ahead_x
         side = 1.0 if view.gain > 0.0 else -1.0

@@ -275,3 +275,18 @@ def test_a_view_with_half_the_light_is_as_noisy_as_with_half_the_exposure() -> N
     upper, lower = noise_of(replace(UPPER, illumination=0.5))
     assert upper > noise_of()[0]
     assert lower == pytest.approx(noise_of()[1], rel=1e-3)
+
+
+def test_a_stretched_disc_is_a_disc_if_it_is_stretched_evenly() -> None:
+    even = [replace(view, stretch=(1.0, 1.0)) for view in (UPPER, LOWER)]
+    assert noise_of(*even) == pytest.approx(noise_of(), rel=1e-12)
+    wider = [replace(view, stretch=(1.7, 1.7)) for view in (UPPER, LOWER)]
+    assert noise_of(*wider) == pytest.approx(
+        noise_of(*(replace(view, defocus=1.7 * view.defocus) for view in (UPPER, LOWER))), rel=1e-12
+    )
+    # Blur along the meridian costs more gradient along it than blur across does.
+    alike = replace(UPPER, defocus=0.1)
+    plain, along, across = (
+        noise_of(*[replace(alike, stretch=each)] * 2)[0] for each in ((1.0, 1.0), (1.7, 1.0), (1.0, 1.7))
+    )
+    assert plain < across < along

@@ -10,6 +10,7 @@ import pytest
 
 from designer.goals import GOALS
 from designer.optics.clearance import pair_up, separations
+from designer.optics.image_law import PERSPECTIVE, ImageLaw
 from designer.optimise.problem import Problem
 from designer.optimise.program import Program, build_program
 from designer.optimise.separating_directions import FAR, NearPairs, SeparatingDirections
@@ -49,10 +50,14 @@ def every_row(program: Program, arguments: dict[str, np.ndarray]) -> tuple[float
 
 
 @pytest.mark.parametrize("variant", VARIANTS[::3], ids=variant_name)
-@pytest.mark.parametrize("noise_mm", [0.0, 3e-4], ids=["predicted", "constant"])
-def test_rows_are_what_numpy_makes_of_the_system(variant, noise_mm):
+@pytest.mark.parametrize(
+    ("noise_mm", "law"),
+    [(0.0, PERSPECTIVE), (3e-4, PERSPECTIVE), (0.0, ImageLaw("equidistant", (-0.5, 0.02)))],
+    ids=["predicted", "constant", "fisheye"],
+)
+def test_rows_are_what_numpy_makes_of_the_system(variant, noise_mm, law):
     problem = problem_of(shipped_requirement("sky_watch"), variant)
-    specification = replace(problem.specification, predicted_share=float(not noise_mm), noise=noise_mm)
+    specification = replace(problem.specification, predicted_share=float(not noise_mm), noise=noise_mm, law=law)
     problem = replace(problem, specification=specification)
     scaled = coherent_design(problem)
     system = put_together(variant, problem.physical(scaled[:, None]), specification)
@@ -67,13 +72,13 @@ def test_rows_are_what_numpy_makes_of_the_system(variant, noise_mm):
     spare[light.shape[1]] = 1.0  # the pair that is left out
     goals = np.array([np.ravel(goal.expression(system))[0] for goal in GOALS.values()]) / SCALES
 
-    program = build_program(variant, (), free, near, "constant" if noise_mm else "predicted")
+    program = build_program(variant, (), free, near, law, "constant" if noise_mm else "predicted")
     objective, rows = every_row(program, arguments_of(run, program, Target("blur"), None))
     expected = np.concatenate([residuals, spare, residuals[equal], goals])
     assert rows == pytest.approx(expected, rel=1e-9, abs=1e-7)
     assert objective == pytest.approx(goals[list(GOALS).index("blur")], rel=1e-12)
 
-    program = build_program(variant, (), free, near, None)
+    program = build_program(variant, (), free, near, law, None)
     objective, rows = every_row(program, arguments_of(run, program, Target("violation"), 0.25))
     expected = np.concatenate([residuals + 0.25, spare + 0.25, residuals[equal] - 0.25])
     assert rows == pytest.approx(expected, rel=1e-9, abs=1e-7)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-
 import casadi
 import numpy as np
 import pytest
@@ -25,7 +23,7 @@ from designer.optics.clearance import (
 )
 from designer.optimise.constraints import constraints_of
 from designer.optimise.problem import Problem
-from designer.optimise.specification import Specification, specification_values
+from designer.optimise.specification import SPECIFICATION_NAMES, Specification, specification_values
 from designer.optimise.system import enclosure, put_together
 from designer.optimise.variables import VARIABLE_NAMES, with_principal_distance
 from designer.optimise.variants import Variant
@@ -61,9 +59,9 @@ def symbolic(problem: Problem) -> casadi.Function:
     """Constraints, goals and every separation as a CasADi function of the physical variables and the rules."""
     variables = {name: casadi.SX.sym(name) for name in VARIABLE_NAMES}
     values = with_principal_distance(variables)
-    specification = Specification(*(casadi.SX.sym(field.name) for field in fields(Specification)))
+    specification = Specification(*(casadi.SX.sym(name) for name in SPECIFICATION_NAMES))
     system = put_together(problem.variant, values, specification)
-    numbers = [getattr(specification, field.name) for field in fields(Specification)]
+    numbers = [getattr(specification, name) for name in SPECIFICATION_NAMES]
     pairs = pair_up(system.layout)
     legs, solids = leg_rows(system.layout.legs), solid_rows(system.layout.solids)
     light = [

@@ -18,6 +18,7 @@ from designer.evaluate.fabrication import mirror_shape
 from designer.evaluate.focus import focus_score
 from designer.files import InputError
 from designer.report.content.legible import legible_source
+from designer.report.content.lens import other_projections
 from designer.report.content.sections import source
 from designer.report.content.tables import excluded, fabrication, ranking
 from designer.report.document import draw_figures, write_pdf
@@ -26,6 +27,7 @@ from designer.report.figures.registry import PAGE_PANEL, Drawing, ReportFigure
 from designer.report.typst.glyphs import missing_characters
 from designer.report.typst.markup import cell, typographic
 from designer.report.typst.pdf import typeset
+from designer.requirement import set_key
 from designer.study.folder import read_study
 from designer.study.manifest import settle
 from designer.study.study import LensRow
@@ -365,3 +367,14 @@ def test_a_new_panel_is_one_entry(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         assert f'panel([Baseline], image("figures/baseline-{design.configuration}.svg"))' in text
     write_pdf(study, tmp_path)
     assert len(list((tmp_path / "figures").glob("baseline-*.svg"))) == 2
+
+
+def test_the_method_says_what_another_projection_changes(folder: Path) -> None:
+    study = read_study(folder)
+    assert other_projections(study.requirement.camera.lenses) == ""
+    fisheye = set_key(study.requirement, "camera.lens.projection", "equidistant")
+    study = replace(study, requirement=set_key(fisheye, "camera.lens.distortion", [0.1]))
+    text = source(study, {})
+    for words in ("== Other projections", '("projection", "equidistant")', '("distortion", "k1 = 0.1")'):
+        assert words in text
+    assert typeset(other_projections(study.requirement.camera.lenses), {}).startswith(b"%PDF-")

@@ -144,6 +144,49 @@ MALFORMED = {
         "radius of the entrance pupil, longest focal length / (2 f_number) = 7.143 mm",
     ),
     "front behind the pupil": ("front_mm = 4", "front_mm = -4", "camera.lens.front_mm", "above the entrance pupil"),
+    "unknown projection": (
+        "front_mm = 4",
+        'front_mm = 4\nprojection = "equisolid_angle"',
+        "camera.lens.projection",
+        "must be one of perspective, equidistant, equisolid, stereographic; did you mean equisolid?",
+    ),
+    "distortion of a projection that has none": (
+        "front_mm = 4",
+        'front_mm = 4\nprojection = "equisolid"\ndistortion = [0.1]',
+        "camera.lens.distortion",
+        "must be omitted because projection = equisolid",
+    ),
+    "four coefficients of OpenCV's pinhole model": (
+        "front_mm = 4",
+        "front_mm = 4\ndistortion = [0.1, 0, 0, 0]",
+        "camera.lens.distortion",
+        "must be at most 3 coefficients because projection = perspective",
+    ),
+    "a number for distortion": (
+        "front_mm = 4",
+        "front_mm = 4\ndistortion = 0.1",
+        "camera.lens.distortion",
+        "an array of at most 4 numbers from -1000 to 1000",
+    ),
+    "distortion that is not a number": (
+        "front_mm = 4",
+        "front_mm = 4\ndistortion = [nan]",
+        "camera.lens.distortion",
+        "an array of at most 4 numbers",
+    ),
+    # x - 30 x^3 has its maximum at x = 1 / sqrt(90) = tan(6.017 degrees); 3 % less of tan(psi/2) are used.
+    "distortion that turns the image back": (
+        "front_mm = 4",
+        "front_mm = 4\ndistortion = [-30]",
+        "camera.lens.distortion",
+        "at 5.842 degrees, a little before it stops rising; it must exceed the image circle's, camera.image_circle",
+    ),
+    "a fisheye that would see behind itself": (
+        "focal_length_mm = 12",
+        'focal_length_mm = 1.5\nprojection = "equidistant"',
+        "camera.lens.projection",
+        "at 85 degrees, the widest angle allowed",
+    ),
     "misspelt lens": ("[camera.lens]", "[camera.lens_]", "camera.lens_", "did you mean lens?"),
     "slope in radians": (
         "largest_slope_deg = 70",

@@ -16,6 +16,14 @@ from designer.imaging.render.lens import Pupil
 from designer.trace.aiming import widest_pinhole_angle
 from designer.trace.bundles import elevation_angles, pinhole_directions
 from designer.trace.first_hit import Status, trace_first_hits
+from designer.trace.image_law import (
+    image_radius,
+    is_perspective,
+    largest_radius_mm,
+    pinhole_angle,
+    plane_slopes,
+    stretches,
+)
 from designer.trace.instrument import Instrument
 
 Array = NDArray[np.float64]
@@ -69,12 +77,30 @@ def on_sensor(camera: Camera, u: Array, v: Array) -> tuple[Array, Array]:
 def ray_directions(camera: Camera, u: Array, v: Array, starts: Array | None, pupil: Pupil | None) -> Array:
     """Unit directions (n, 3) of the rays through image places; over a pupil, towards the point in focus."""
     x, y = on_sensor(camera, u, v)
-    ahead = np.stack([x, y, np.full(x.shape, camera.focal_length_mm)], axis=-1)
+    depth = camera.focal_length_mm
+    if not is_perspective(camera):
+        (x, y), depth = plane_slopes(camera, x, y), 1.0
+    ahead = np.stack([x, y, np.full(x.shape, depth)], axis=-1)
     if starts is not None and pupil is not None:
-        ahead /= camera.focal_length_mm
+        ahead /= depth
         # Divided by the focus distance, so that a focus at infinity needs no case of its own.
         ahead -= starts / pupil.focus_distance_mm
     return np.asarray(ahead / np.linalg.norm(ahead, axis=1)[:, None])
+
+
+def is_in_field(camera: Camera, u: Array, v: Array) -> NDArray[np.bool_]:
+    """Whether the lens lights pixels: in the image circle if it is known, and where its law still images anything."""
+    u0, v0 = camera.principal_point_px
+    circle = np.inf if camera.image_circle_radius_px is None else camera.image_circle_radius_px
+    return np.asarray(np.hypot(u - u0, v - v0) <= min(circle, largest_radius_mm(camera) / camera.pixel_pitch_mm))
+
+
+def stretched_area(camera: Camera, radii: Array) -> Array | float:
+    """The area over which the lens spreads light at image radii (n,) in mm, against that of a perspective lens."""
+    if is_perspective(camera):
+        return 1.0
+    along, across = stretches(camera, pinhole_angle(camera, radii))
+    return along * across
 
 
 def angular_spacing(design: Design, instrument: Instrument) -> Callable[[Array], Array]:
@@ -84,9 +110,9 @@ def angular_spacing(design: Design, instrument: Instrument) -> Callable[[Array],
     """
     camera = design.camera
     pitch = camera.pixel_pitch_mm
-    edge = camera.focal_length_mm * np.tan(widest_pinhole_angle(design))
+    edge = float(image_radius(camera, widest_pinhole_angle(design)))
     radii = np.arange(pitch / 2.0, edge + pitch, pitch)
-    trace = trace_first_hits(instrument, pinhole_directions(np.arctan2(radii, camera.focal_length_mm)))
+    trace = trace_first_hits(instrument, pinhole_directions(pinhole_angle(camera, radii)))
     elevations = elevation_angles(trace.exit_direction)
     along = np.abs(np.diff(elevations, append=elevations[-1:]))
     same_way = (trace.sequence[1:] == trace.sequence[:-1]).all(axis=1) & (trace.status[1:] == trace.status[:-1])

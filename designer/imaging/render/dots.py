@@ -24,6 +24,7 @@ from designer.imaging.render.sensor import sensor_of
 from designer.imaging.render.textures import Floats
 from designer.trace.aiming import project
 from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
+from designer.trace.image_law import image_radius, plane_slopes, sensor_places
 from designer.trace.instrument import build_instrument
 from designer.trace.sequential import trace_sequential
 
@@ -112,7 +113,7 @@ def project_points(design: Design, view_name: ViewName, points_mm: Array) -> Arr
         return np.asarray(camera.principal_point_px + found.pixels[:, 0].T)
     x, y, z = points_mm.T
     distance = np.hypot(x, y)
-    radius_px = camera.focal_length_mm * np.tan(project(design, view_name, distance, z)) / camera.pixel_pitch_mm
+    radius_px = image_radius(camera, project(design, view_name, distance, z)) / camera.pixel_pitch_mm
     # A view of negative gain shows a point on the other side of the axis.
     towards = np.sign(view.gain) * np.stack([x, y], axis=-1) / distance[:, None]
     return np.asarray(camera.principal_point_px + radius_px[:, None] * towards)
@@ -137,11 +138,11 @@ def traced_spot(
     centre = project_points(design, view_name, point[None])[0]
     places = _pupil_places(pupil.radius_mm, rings)
     x, y = on_sensor(camera, centre[0], centre[1])
-    slopes = np.tile([float(x), float(y)], (len(places), 1)) / camera.focal_length_mm
+    slopes = np.tile(np.stack(plane_slopes(camera, x, y)), (len(places), 1))
     slopes = _aimed_slopes(design, view_name, places, slopes, point)
     if not np.isfinite(slopes).all():
         raise ValueError(f"the {view_name} view cannot show the point {point.tolist()}")
-    landed = camera.focal_length_mm * (slopes + places[:, :2] / pupil.focus_distance_mm) / camera.pixel_pitch_mm
+    landed = sensor_places(camera, slopes + places[:, :2] / pupil.focus_distance_mm) / camera.pixel_pitch_mm
     mean = landed.mean(axis=0)
     rms = float(np.sqrt(np.sum((landed - mean) ** 2, axis=1).mean()))
     u0, v0 = camera.principal_point_px

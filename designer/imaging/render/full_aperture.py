@@ -18,7 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.design import Camera, Design
-from designer.imaging.render.camera_rays import Array, angular_spacing, on_sensor
+from designer.imaging.render.camera_rays import (
+    Array,
+    angular_spacing,
+    is_in_field,
+    on_sensor,
+    stretched_area,
+)
 from designer.imaging.render.lens import Lens, Pupil, diffract, pupil_of
 from designer.imaging.render.passage import (
     BLACK_PARTS_RADIANCE,
@@ -126,7 +132,7 @@ def render_block(
     ahead = sensor.directions(u, v, starts, optics.pupil)
     radii = np.hypot(*on_sensor(sensor.camera, u, v))
     trace = trace_pupil(optics.passage, sensor.instrument, radii, ahead, starts)
-    share = lens.transmission(ahead, trace.reflections)
+    share = lens.transmission(ahead, trace.reflections, stretched_area(sensor.camera, radii))
     free = np.flatnonzero(trace.leaves)
     pencil = pencil_terms(optics.passage, trace, radii)[:, free]
     footprint = Footprint.of(optics.spacing(radii[free]), pencil, samples, optics.pupil.radius_mm)
@@ -212,8 +218,7 @@ def _blocks(camera: Camera, rays_per_pixel: int, is_round: bool = True) -> Itera
     height, width = (int(v0) + 1, int(u0) + 1) if is_round else (camera.height_px, camera.width_px)
     rows, columns = (grid.ravel() for grid in np.mgrid[0:height, 0:width])
     left, up = u0 - columns, v0 - rows
-    circle = np.inf if camera.image_circle_radius_px is None else camera.image_circle_radius_px
-    lit = np.hypot(left, up) <= circle
+    lit = is_in_field(camera, columns, rows)
     # Pixel centres fall on pixel centres when x and y are exchanged.
     swaps = (left <= v0) & (up <= u0) & ((u0 - v0) % 1.0 == 0.0)
     step = max(1, RAYS_PER_BLOCK // rays_per_pixel)

@@ -17,6 +17,7 @@ from scipy import fft
 from designer.design import Camera
 from designer.imaging.render.textures import Floats
 from designer.optics.illumination import relative_illumination
+from designer.trace.image_law import is_perspective
 
 Array = NDArray[np.float64]
 
@@ -38,13 +39,17 @@ class Lens:
     mirror_reflectivity: float = 0.88
     has_natural_vignetting: bool = True
 
-    def transmission(self, directions: Array, reflections: NDArray[np.intp]) -> Floats:
+    def transmission(
+        self, directions: Array, reflections: NDArray[np.intp], stretched_area: Array | float = 1.0
+    ) -> Floats:
         """Share (n,) of the light that passes: rays (n, 3) as unit vectors at the pupil, and how often reflected.
 
-        It is 1 for light along the optical axis that meets no mirror.
+        It is 1 for light along the optical axis that meets no mirror. ``stretched_area`` is that of
+        :func:`designer.imaging.render.camera_rays.stretched_area`.
         """
         cosine = directions[:, 2] if self.has_natural_vignetting else np.ones(len(directions))
-        return np.asarray(relative_illumination(cosine, reflections, self.mirror_reflectivity), dtype=np.float32)
+        area = stretched_area if self.has_natural_vignetting else 1.0
+        return np.asarray(relative_illumination(cosine, reflections, self.mirror_reflectivity, area), dtype=np.float32)
 
 
 # Rays along each side of a pixel that leave less noise than a full well of 10,000 electrons has through shot noise; a
@@ -81,7 +86,8 @@ def describe_lens(camera: Camera) -> str:
     """The lens in words: its engraved focal length, f-number, and focus distance from the entrance pupil."""
     nominal = 2.0 * camera.pupil_radius_mm * camera.f_number
     focus = f"{camera.focus_distance_mm:.4g} mm" if camera.focus_distance_mm else "infinity"
-    return f"a lens of {nominal:.4g} mm, f/{camera.f_number:.3g}, focused at {focus}"
+    law = "" if is_perspective(camera) else f" ({camera.projection}{', distorted' if any(camera.distortion) else ''})"
+    return f"a lens of {nominal:.4g} mm{law}, f/{camera.f_number:.3g}, focused at {focus}"
 
 
 def working_f_number(camera: Camera) -> float:

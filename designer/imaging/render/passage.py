@@ -19,6 +19,7 @@ from designer.imaging.render.lens import Pupil
 from designer.trace.aiming import widest_pinhole_angle
 from designer.trace.arrays import Indices
 from designer.trace.first_hit import Status, trace_first_hits
+from designer.trace.image_law import image_radius
 from designer.trace.instrument import Instrument
 from designer.trace.sequential import trace_sequential
 
@@ -74,7 +75,7 @@ class PupilTrace:
 def find_passage(design: Design, instrument: Instrument, pupil: Pupil) -> Passage:
     """Trace bundles over the pupil, for every pixel of image radius or more finely."""
     camera = design.camera
-    edge = camera.focal_length_mm * np.tan(widest_pinhole_angle(design))
+    edge = float(image_radius(camera, widest_pinhole_angle(design)))
     step = min(camera.pixel_pitch_mm, edge / FEWEST_RINGS)
     # The outermost pixels' rays may start a little beyond the edge.
     radii = np.arange(np.ceil((edge + camera.pixel_pitch_mm) / step) + 3.0) * step

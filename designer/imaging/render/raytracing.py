@@ -16,10 +16,12 @@ from numpy.typing import NDArray
 from designer.design import Camera, Design
 from designer.imaging.render.camera_rays import (
     angular_spacing,
+    is_in_field,
     on_sensor,
     ray_directions,
     refuse_too_large,
     sample_places,
+    stretched_area,
 )
 from designer.imaging.render.full_aperture import render_full_aperture
 from designer.imaging.render.lens import LOSSLESS, Lens, Pupil, pupil_of
@@ -123,8 +125,10 @@ def render_all(
         u, v, _ = sample_places(rows, columns, samples, None, np.random.default_rng([seed, number]))
         ahead = sensor.directions(u, v, None, None)
         trace = trace_first_hits(instrument, ahead)
-        share = None if lens is None else lens.transmission(ahead, (trace.sequence >= 0).sum(axis=1))
-        turn = spacing(np.hypot(*on_sensor(camera, u, v))) / samples
+        radii = np.hypot(*on_sensor(camera, u, v))
+        reflections = (trace.sequence >= 0).sum(axis=1)
+        share = None if lens is None else lens.transmission(ahead, reflections, stretched_area(camera, radii))
+        turn = spacing(radii) / samples
         for mirror_u, mirror_v in _reflections(sensor):
             target = _reflected(camera, rows, columns, mirror_u, mirror_v)
             for image, world in zip(images, worlds, strict=True):
@@ -178,10 +182,8 @@ def _pixel_blocks(sensor: Sensor, rays_per_pixel: int) -> Iterator[tuple[NDArray
     height, width = ((side + 1) // 2 if half else side for side in (camera.height_px, camera.width_px))
     rows, columns = np.mgrid[0:height, 0:width]
     rows, columns = rows.ravel(), columns.ravel()
-    if camera.image_circle_radius_px is not None:
-        u0, v0 = camera.principal_point_px
-        lit = np.hypot(columns - u0, rows - v0) <= camera.image_circle_radius_px
-        rows, columns = rows[lit], columns[lit]
+    lit = is_in_field(camera, columns, rows)
+    rows, columns = rows[lit], columns[lit]
     step = max(1, RAYS_PER_BLOCK // rays_per_pixel)
     for low in range(0, len(rows), step):
         yield rows[low : low + step], columns[low : low + step]

@@ -18,6 +18,7 @@ from designer.imaging.images import Image
 from designer.imaging.stereo.panorama import PanoramaGrid
 from designer.imaging.stereo.placement import ViewImage
 from designer.optics.illumination import relative_illumination
+from designer.optics.view import half_angle_tangent, image_radius
 
 Floats = NDArray[np.float64]
 
@@ -32,9 +33,13 @@ def brightening(
     light = {}
     for name in VIEW_NAMES:
         image = images[name]
-        tangent = image.radius_px(grid.slope(name, np.arange(grid.rows))) / image.principal_distance_px
+        slope = grid.slope(name, np.arange(grid.rows))
+        distance = image.principal_distance_px
+        tangent = image_radius(slope, image.gain, distance, image.sense) / distance
         cosine = 1.0 / np.sqrt(1.0 + tangent * tangent)
-        light[name] = relative_illumination(cosine, len(getattr(design.views, name).path), mirror_reflectivity)
+        along, across = image.law.stretch(image.gain * half_angle_tangent(slope, image.sense))
+        reflections = len(getattr(design.views, name).path)
+        light[name] = relative_illumination(cosine, reflections, mirror_reflectivity, np.abs(along * across))
     most = max(float(share.max()) for share in light.values())
     return {name: np.minimum(most / share, LARGEST_FACTOR) for name, share in light.items()}
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from designer.design import Camera, Design, Sense, ViewName
+from designer.optics.image_law import PERSPECTIVE, ImageLaw, image_law_of
 from designer.optics.view import elevation_tangent, image_half_tangent, image_radius, image_radius_slope
 
 Floats = NDArray[np.float64]
@@ -35,7 +36,8 @@ class ImagePlacement:
 class ViewImage:
     """One view's image on the sensor: its four numbers in pixels, its placement, and the elevations asked of it.
 
-    ``gain``, ``sense`` and ``viewpoint_mm`` are the design's; ``principal_distance_px`` is f in pixels, magnified.
+    ``gain``, ``sense`` and ``viewpoint_mm`` are the design's; ``principal_distance_px`` is f in pixels, magnified, and
+    ``law`` the lens's.
     ``slopes`` are the lowest and highest tan(elevation) asked, ``largest_radius_px`` the radius of the usable image.
     """
 
@@ -47,16 +49,17 @@ class ViewImage:
     slopes: tuple[float, float]
     largest_radius_px: float
     size_px: tuple[int, int]
+    law: ImageLaw = PERSPECTIVE
 
     def radius_px(self, slope: ArrayLike) -> Floats:
         """Signed image radius of a direction; negative where the image lies on the other side of the axis."""
         slope = np.asarray(slope, dtype=float)
-        return np.asarray(image_radius(slope, self.gain, self.principal_distance_px, self.sense))
+        return np.asarray(image_radius(slope, self.gain, self.principal_distance_px, self.sense, self.law))
 
     def radius_per_elevation_px(self, slope: ArrayLike) -> Floats:
         """Signed dr/dphi in pixels per radian of elevation."""
         slope = np.asarray(slope, dtype=float)
-        return np.asarray(image_radius_slope(slope, self.gain, self.principal_distance_px, self.sense))
+        return np.asarray(image_radius_slope(slope, self.gain, self.principal_distance_px, self.sense, self.law))
 
     def pixel_of(self, slope: ArrayLike, azimuth: ArrayLike) -> tuple[Floats, Floats]:
         """Pixel (u, v) of a direction; slope and azimuth broadcast."""
@@ -69,7 +72,7 @@ class ViewImage:
         """Slope and azimuth (from -pi to pi) seen at a pixel; inverse of :meth:`pixel_of`."""
         across = np.asarray(u_px, dtype=float) - self.placement.center_px[0]
         down = np.asarray(v_px, dtype=float) - self.placement.center_px[1]
-        half_tangent = image_half_tangent(np.hypot(across, down), self.principal_distance_px)
+        half_tangent = image_half_tangent(np.hypot(across, down), self.principal_distance_px, self.law)
         slope = elevation_tangent(half_tangent / abs(self.gain), self.sense)
         turned = np.pi if self.gain < 0 else 0.0
         azimuth = np.arctan2(down, across) - self.placement.rotation_rad + turned
@@ -116,4 +119,5 @@ def view_image(design: Design, name: ViewName, placement: ImagePlacement | None 
         slopes=(low, high),
         largest_radius_px=camera.image_radius_mm / camera.pixel_pitch_mm * placement.scale,
         size_px=(camera.width_px, camera.height_px),
+        law=image_law_of(camera),
     )

@@ -7,6 +7,7 @@ from designer.evaluate.focus import focus_score
 from designer.evaluate.resolution import smallest_object
 from designer.evaluate.through_focus import blur_limit_deg
 from designer.report.content.lens import depth_of_field_words
+from designer.report.content.requirement import projection_facts
 from designer.report.content.tables import percent, percent_decimals
 from designer.report.typst.markup import DASH, number, plain_number, typographic
 from designer.study.row import Row
@@ -128,4 +129,5 @@ def _view_facts(design: Design) -> list[tuple[str, str]]:
         *elevations,
         ("gains, upper, lower", f"{number(upper.gain, 6)}, {number(lower.gain, 6)}"),
         ("viewpoints", f"{number(upper.viewpoint_mm, 3)}, {number(lower.viewpoint_mm, 3)} mm"),
+        *projection_facts(design.camera.projection, design.camera.distortion),
     ]

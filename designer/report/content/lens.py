@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from designer.design import VIEW_NAMES, Design
 from designer.evaluate.focus import focus_score
 from designer.evaluate.through_focus import blur_limit_deg, depth_of_field_of_design
 from designer.report.figures.style import length_unit
 from designer.report.typst.markup import number, plain_number, text
+from designer.requirement.camera import Lens
 
 
 def lens_sentences(design: Design) -> str:
@@ -38,4 +40,19 @@ def depth_of_field_words(design: Design) -> str:
     near, far = (float(f"{end / unit_mm:.3g}") for end in ends)
     return f"from {plain_number(near)} {unit} " + (
         "to infinity" if math.isinf(far) else f"to {plain_number(far)} {unit}"
+    )
+
+
+def other_projections(lenses: Iterable[Lens]) -> str:
+    """What replaces the method's formulas for lenses that are not perspective; nothing without one."""
+    if all(lens.image_law.is_perspective for lens in lenses):
+        return ""
+    return (
+        "== Other projections\n"
+        "The formulas above are those of a perspective lens, $r = f tan psi$. With a lens of this requirement that has "
+        "another projection or distortion, $r$ follows its law; $abs(d r \\/ d phi) = (d r \\/ d psi) sin psi "
+        "\\/ cos phi$; a scale error shifts a slope by $r \\/ ((d r \\/ d psi) sin psi)$ in the place of $cos psi$; "
+        "the limit takes, at each elevation, the best of all angles up to that of the largest gain; and the blur on "
+        "the sensor is an ellipse, that of the perspective lens stretched by the law along and across the radius, of "
+        "which the larger diameter is given (docs/theory.md, section 10).\n"
     )

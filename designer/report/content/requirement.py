@@ -80,10 +80,18 @@ def _lens_groups(lenses: tuple[Lens, ...]) -> list[tuple[str, Facts]]:
     return [
         (
             f"Lens {number} of {len(lenses)} to choose from" if len(lenses) > 1 else "Lens",
-            _named("lens", lens.name) + _facts(lens),
+            _named("lens", lens.name) + _facts(lens) + projection_facts(lens.projection, lens.distortion),
         )
         for number, lens in enumerate(lenses, start=1)
     ]
+
+
+def projection_facts(projection: str, distortion: tuple[float, ...]) -> Facts:
+    """The lens's law from angle to image radius; nothing for r = f tan(psi)."""
+    if projection == "perspective" and not any(distortion):
+        return []
+    named = ", ".join(f"k{place} = {plain_number(each)}" for place, each in enumerate(distortion, start=1))
+    return [("projection", projection), *([("distortion", named)] if named else [])]
 
 
 def _objective(objective: Objective) -> Facts:

@@ -12,7 +12,7 @@ from designer.evaluate.score import recorded_fabrication_notes
 from designer.goals import GOALS
 from designer.report.content.check_section import check_heading, check_page, unchecked_line
 from designer.report.content.design_facts import design_groups, winner_groups
-from designer.report.content.lens import lens_sentences
+from designer.report.content.lens import lens_sentences, other_projections
 from designer.report.content.requirement import facts_argument, requirement_groups
 from designer.report.content.tables import (
     PAPER_CONFIGURATION,
@@ -75,6 +75,7 @@ def source(study: Study, drawings: Drawings, note: str = "") -> str:
         checks(study),
         "#pagebreak(weak: true)\n" if study.feasible else "",
         '#[#set text(size: 9.3pt)\n#include "method.typ"\n',
+        other_projections(study.requirement.camera.lenses),
         (reading() if study.feasible else "") + "]\n",
         provenance(study),
     ]

@@ -56,9 +56,8 @@ def _draw_design(axes: Axes, design: Design) -> None:
     for name, view in views.items():
         recorded, path = design.views.by_name[name], light_path_of_design(design, name)
         slope = np.tan(np.radians(view.elevations_deg))
-        radius = (
-            np.abs(image_radius(slope, recorded.gain, camera.focal_length_mm, recorded.sense)) / camera.pixel_pitch_mm
-        )
+        radius_mm = image_radius(slope, recorded.gain, camera.focal_length_mm, recorded.sense, lens.law)
+        radius = np.abs(radius_mm) / camera.pixel_pitch_mm
         allowed_mm = np.radians(blur_limit_deg(design)) / blur_in_scene(path, slope, lens, 1.0)
         half = allowed_mm / (lens.pupil_diameter * lens.principal_distance)
         nearest, farthest = (_depth(lens.reciprocal_focus + side * half) for side in (1.0, -1.0))
