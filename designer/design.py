@@ -53,10 +53,6 @@ class Record(BaseModel):
     model_config = ConfigDict(frozen=True, extra="allow")
 
 
-ONLY_PERSPECTIVE = "departures are known only of perspective lenses without distortion so far"
-"""Why a design cannot be perturbed, or hold departures."""
-
-
 class Camera(Record):
     """Sensor, principal distance and lens barrel.
 
@@ -81,11 +77,6 @@ class Camera(Record):
     """Law of the lens from angle to image radius; r = f tan(psi) if absent."""
     distortion: tuple[Number, ...] = ()
     """Radial distortion k1, k2, ... as in OpenCV's pinhole (perspective) or fisheye (equidistant) model."""
-
-    @property
-    def is_perspective(self) -> bool:
-        """Whether r = f tan(psi)."""
-        return self.projection == "perspective" and not any(self.distortion)
 
     @model_validator(mode="after")
     def _projection_has_its_coefficients(self) -> Self:
@@ -320,8 +311,6 @@ class Design(Record):
             except ValueError as error:
                 reason = error.errors()[0]["msg"] if isinstance(error, ValidationError) else str(error)
                 raise ValueError(f"as_built.mirrors.{name}: {reason.removeprefix('Value error, ')}") from None
-        if self.as_built and not self.camera.is_perspective:
-            raise ValueError(f"as_built: {ONLY_PERSPECTIVE}")
         if self.as_built and self.camera.focal_length_mm + self.as_built.camera.principal_distance_departure_mm <= 0:
             raise ValueError("as_built.camera.principal_distance_departure_mm leaves no principal distance")
         return self

@@ -108,6 +108,11 @@ def cosine(number: Number) -> Number:
     return np.cos(number)
 
 
+def applied(number: Number, value: Array, derivative: Array) -> Number:
+    """A function of a number, given as its value and its derivative there."""
+    return Dual(value, number.slopes * derivative) if isinstance(number, Dual) else value
+
+
 def where(condition: NDArray[np.bool_], first: Number, second: Number) -> Number:
     """The first number where the condition holds, else the second; both dual or both plain."""
     if isinstance(first, Dual) and isinstance(second, Dual):

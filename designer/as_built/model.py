@@ -24,7 +24,7 @@ from designer.as_built.dual import Array
 from designer.as_built.merits import Grid, Merits, errors_of, first_order_errors, grid_of, merits_of
 from designer.as_built.parameters import Parameter, parameters_of, record_of
 from designer.as_built.projection import Linear, Projection, linearise, project
-from designer.design import ONLY_PERSPECTIVE, VIEW_NAMES, Design, ViewName
+from designer.design import VIEW_NAMES, Design, ViewName
 from designer.evaluate.depth import depth_error_rms, noise_mm_of, stereo_pair_of, volume_of
 from designer.files import InputError, describe_validation_error
 
@@ -73,10 +73,8 @@ def perturbable(design: Design, calibration: Calibration = "views") -> Perturbab
     Raises
     ------
     InputError
-        Its views do not show its whole working volume, or its lens is not perspective.
+        Its views do not show its whole working volume.
     """
-    if not design.camera.is_perspective:
-        raise InputError(ONLY_PERSPECTIVE)
     grid = grid_of(design)
     try:
         linear = {view: linearise(design, view, grid.targets[view]) for view in VIEW_NAMES}

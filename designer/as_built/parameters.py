@@ -16,6 +16,7 @@ from designer.as_built.dual import Array, Number, cosine, sine
 from designer.as_built.tracing import PosedCamera, PosedMirror, Turn
 from designer.departures import AsBuilt, CameraDeparture, MirrorDeparture
 from designer.design import Design, Mirror
+from designer.optics.image_law import image_law_of
 
 CAMERA = "camera"
 MIRROR_KEYS = ("decentre_x_mm", "decentre_y_mm", "tilt_x_deg", "tilt_y_deg", "axial_shift_mm")
@@ -108,6 +109,7 @@ def systems_of(design: Design, values: Sequence[Number]) -> Systems:
         turn=rotation(at[CAMERA, "tilt_x_deg"], at[CAMERA, "tilt_y_deg"]),
         principal_distance=design.camera.focal_length_mm + at[CAMERA, "principal_distance_departure_mm"],
         radial_distortion=at[CAMERA, "radial_distortion"],
+        law=image_law_of(design.camera),
     )
     return Systems({mirror.name: _posed(mirror, at) for mirror in design.mirrors}, camera)
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from designer.as_built.dual import Array, Number, slopes_of, value_of, variables
-from designer.as_built.image import built_places, slopes_towards
+from designer.as_built.image import built_places, slopes_towards, stretched
 from designer.as_built.parameters import parameters_of, systems_of
 from designer.as_built.tracing import PosedCamera, PosedMirror, Triple, follow, leave_camera
 from designer.design import Design, ViewName
@@ -117,7 +117,7 @@ def project(
         places = np.stack(built_places(systems.camera, (light.slopes[0], light.slopes[1])))
         found.pixels[:, block] = places / design.camera.pixel_pitch_mm
         found.slopes[:, block] = light.slopes
-        found.blur_px[block] = _blur_px(design, systems.camera, light.by_place)
+        found.blur_px[block] = _blur_px(design, systems.camera, light)
         found.start[:, block], found.ahead[:, block] = light.start, light.ahead
     return found
 
@@ -224,7 +224,7 @@ def _miss(
     return [side[1] / towards[1] - side[0] / towards[0] + aims for side in (to_right, up)], (point, ahead)
 
 
-def _blur_px(design: Design, built: PosedCamera, by_place: Array) -> Array:
+def _blur_px(design: Design, built: PosedCamera, light: Light) -> Array:
     """Largest blur (T, n) in px of the light of the points.
 
     Light from the place a of the pupil reaches the point at other slopes than the chief ray, by a d slopes/da; the lens
@@ -234,7 +234,8 @@ def _blur_px(design: Design, built: PosedCamera, by_place: Array) -> Array:
     focus = 0.0 if camera.focus_distance_mm is None else 1.0 / camera.focus_distance_mm
     # The glass stays the same: a longer principal distance focuses nearer.
     focus = focus + 1.0 / camera.focal_length_mm - 1.0 / built.principal_distance
-    a, b, c, d = by_place[0, 0] + focus, by_place[0, 1], by_place[1, 0], by_place[1, 1] + focus
+    focused = light.by_place + np.eye(2)[:, :, None, None] * focus
+    (a, b), (c, d) = stretched(built.law, light.slopes, focused)
     widest = (np.hypot(a + d, b - c) + np.hypot(a - d, b + c)) / 2.0
     blur = 2.0 * camera.pupil_radius_mm * built.principal_distance * widest / camera.pixel_pitch_mm
     return np.asarray(blur)

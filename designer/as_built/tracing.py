@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from designer.as_built.dual import Number, sqrt, value_of, where
+from designer.optics.image_law import PERSPECTIVE, ImageLaw
 
 Triple = tuple[Number, Number, Number]
 Turn = tuple[Triple, Triple, Triple]
@@ -36,12 +37,13 @@ class PosedMirror:
 
 @dataclass(frozen=True, slots=True)
 class PosedCamera:
-    """The cameras of many systems: pinhole in the world, rotation, principal distance in mm, radial distortion."""
+    """The cameras of many systems: pinhole in the world, rotation, principal distance in mm, radial distortion, law."""
 
     pinhole: Triple
     turn: Turn
     principal_distance: Number
     radial_distortion: Number
+    law: ImageLaw = PERSPECTIVE
 
 
 def leave_camera(camera: PosedCamera, slopes: tuple[Number, Number], start: tuple[Number, Number]) -> list[Triple]:

@@ -6,16 +6,13 @@ import json
 from typing import Any
 
 import pytest
-from pydantic import ValidationError
 
-from designer.as_built.model import perturbable
 from designer.departures import AsBuilt, CameraDeparture, MirrorDeparture
 from designer.design import Design, design_to_json, read_design, write_design
 from designer.files import InputError
 from designer.trace.built import build_as_built
 from support import DATA
 from support.imaging_designs import prototype
-from support.wide_designs import LAWS, wide_design
 
 
 def written(tmp_path, as_built: Any):
@@ -67,16 +64,6 @@ def test_departures_that_cannot_be_are_refused_in_one_line(tmp_path, as_built, s
     assert message.startswith(f"{path}: ")
     assert said in message
     assert "\n" not in message
-
-
-def test_departures_with_a_lens_of_another_projection_are_refused():
-    """Refused, since numbers for r = f tan(psi) would be wrong."""
-    for law in set(LAWS) - {"perspective"}:
-        wide = wide_design(law)
-        with pytest.raises(InputError, match="only of perspective lenses"):
-            perturbable(wide)
-        with pytest.raises(ValidationError, match="only of perspective lenses"):
-            Design.model_validate({**wide.model_dump(by_alias=True), "as_built": {"camera": {"tilt_x_deg": 0.1}}})
 
 
 def test_a_plane_that_is_curved_has_that_curvature():
