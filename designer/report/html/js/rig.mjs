@@ -3,7 +3,7 @@
 
 import { choice, element, labelled } from "./format.mjs";
 import { optionText } from "./rays.mjs";
-import { heightsOf, linesOf, solidsOf } from "./solids.mjs";
+import { EXPLOSION, heightsOf, linesOf, solidsOf } from "./solids.mjs";
 import { change, state, whenChanged } from "./state.mjs";
 
 const NO_WEBGL =
@@ -106,6 +106,11 @@ function open(data, names, view) {
   build(true);
 }
 
+/** How much taller an exploded rig is. */
+function spreadOf(design, explode) {
+  return 1 + explode * EXPLOSION * design.mirrors.length;
+}
+
 /** A canvas with camera, lights and controls; draws when something has changed, and only then. */
 function stageIn(view, three) {
   const canvas = element("canvas", { tabindex: "0", "aria-label": "The rig in 3-D", role: "img" });
@@ -126,6 +131,7 @@ function stageIn(view, three) {
   let lines = new three.Group();
   scene.add(solids, lines);
   let isAsked = false;
+  let lastSpread = 1;
 
   // Once for each frame, however often something has changed.
   function render() {
@@ -211,9 +217,13 @@ function stageIn(view, three) {
     plane.normal.set(0, upright ? 0 : -1, upright ? -1 : 0);
     plane.constant = upright
       ? design.diameter_mm * (shown.place - 0.5)
-      : low + shown.place * (high - low) * (1 + shown.explode);
+      : (low + high) / 2 + (shown.place - 0.5) * (high - low) * spreadOf(design, shown.explode);
     solids = instead(solids, solidsOf(design, shown, shown.section === "none" ? [] : [plane], three));
     if (aims) aim(design, "rig");
+    // From as much farther as the parts are spread.
+    const spread = spreadOf(design, shown.explode);
+    if (spread !== lastSpread) turn(0, 0, aims ? spread : spread / lastSpread);
+    lastSpread = spread;
     fit();
     showRays(design, shown);
   }

@@ -8,6 +8,8 @@ import { scenePoint, state } from "./state.mjs";
 const AROUND = 72;
 const FAN_AZIMUTHS = 6;
 const TURN = 2 * Math.PI;
+// How far each part moves from the next at most, over the height of the whole.
+export const EXPLOSION = 0.4;
 const CUT_COLOUR = 0xe0b050;
 
 /** Lowest and highest point of mirrors and lens, mm. */
@@ -40,10 +42,12 @@ export function solidsOf(design, shown, planes, three) {
     group.add(mesh);
   };
   const order = [...design.mirrors].sort((one, other) => one.vertex_mm - other.vertex_mm).map((mirror) => mirror.name);
+  // Exploded, all parts keep their order and their middle: the camera is the lowest.
+  const liftOf = (place) => shown.explode * EXPLOSION * (high - low) * (place - order.length / 2);
   for (const mirror of design.mirrors) {
     const face = faceProfile(mirror, 1);
     const back = face.map(([r, z]) => [r, z + backOffset(mirror)]);
-    const lift = shown.explode * 0.45 * (high - low) * (order.indexOf(mirror.name) + 1);
+    const lift = liftOf(order.indexOf(mirror.name) + 1);
     add(revolved({ face, back }, from, sweep, three), 0xb9c4d0, lift);
     if (wedge > 0) add(cutFaces({ face, back }, [from, from + sweep], three), CUT_COLOUR, lift);
   }
@@ -66,8 +70,9 @@ export function solidsOf(design, shown, planes, three) {
       TURN,
       three,
     );
-  if (seat < camera.lens_front_mm) add(cylinder(camera.lens_radius_mm, seat, camera.lens_front_mm), 0x4a4a4a);
-  if (camera.body_radius_mm > 0) add(cylinder(camera.body_radius_mm, bottom, seat), 0x6e6e6e);
+  if (seat < camera.lens_front_mm)
+    add(cylinder(camera.lens_radius_mm, seat, camera.lens_front_mm), 0x4a4a4a, liftOf(0));
+  if (camera.body_radius_mm > 0) add(cylinder(camera.body_radius_mm, bottom, seat), 0x6e6e6e, liftOf(0));
   return group;
 }
 
