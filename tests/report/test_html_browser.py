@@ -107,8 +107,14 @@ def test_the_keyboard_reaches_rows_marks_and_ray(opened: Tab) -> None:
     opened.value("document.querySelector('#table td.name button').focus()")
     opened.ask("Input.dispatchKeyEvent", type="keyDown", key="ArrowDown", code="ArrowDown", windowsVirtualKeyCode=40)
     assert opened.value("document.activeElement.textContent") == opened.value(NAMES)[1]
-    opened.value("document.querySelector('#trade .mark').focus()")
-    name = opened.value("document.activeElement.dataset.name")
+    opened.value("document.querySelector('#trade .mark[tabindex=\"0\"]').focus()")
+    visited = []
+    for key, code in [("ArrowLeft", 37)] * 3 + [("ArrowRight", 39)] * 3:
+        opened.ask("Input.dispatchKeyEvent", type="keyDown", key=key, code=key, windowsVirtualKeyCode=code)
+        visited.append(opened.value("document.activeElement.dataset.name"))
+    assert len(set(visited)) == 4
+    name = visited[-1]
+    assert opened.value(SELECTED) != name
     opened.ask("Input.dispatchKeyEvent", type="keyDown", key="Enter", code="Enter", windowsVirtualKeyCode=13)
     assert opened.value(SELECTED) == name
 

@@ -94,7 +94,7 @@ def test_the_page_stands_alone(tmp_path: Path) -> None:
     style = (SOURCES / "style.css").read_text(encoding="utf-8")
     assert "url(" not in style
     assert "@import" not in style
-    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', page_of(payload_of_study(read_study(folder))))
+    policy = re.search(r'Content-Security-Policy"\s+content="([^"]*)"', page_of(payload_of_study(read_study(folder))))
     assert policy is not None
     assert "default-src 'none'" in policy[1]
     assert "http" not in policy[1]

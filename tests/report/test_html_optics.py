@@ -13,7 +13,16 @@ import pytest
 from sample_study import prototype, two_direct_mirrors
 
 from designer.design import VIEW_NAMES, Design, read_design
-from designer.evaluate.depth import depth_error_map, depth_error_rms, slopes_of_point, stereo_pair_of, volume_of
+from designer.evaluate.depth import (
+    FIRST_ORDER_BOUND,
+    SECOND_ORDER_BOUND,
+    depth_error_map,
+    depth_error_rms,
+    second_order,
+    slopes_of_point,
+    stereo_pair_of,
+    volume_of,
+)
 from designer.optics.focus import (
     chief_ray,
     lens_of_camera,
@@ -38,7 +47,7 @@ SHARES = (0.0, 0.13, 0.5, 0.77, 1.0)
 """Where in the working volume: of its elevations, and of the logarithm of its distances."""
 PROGRAM = """
 import { readFileSync } from "node:fs";
-import { imagedPoint, imageRadiusSlope } from "%s/optics.mjs";
+import { FIRST_ORDER_BOUND, SECOND_ORDER_BOUND, imagedPoint, imageRadiusSlope, secondOrder } from "%s/optics.mjs";
 const { designs, points } = JSON.parse(readFileSync(0, "utf8"));
 const found = designs.map((design, place) => points[place].map(([elevation, distance]) => {
   const at = imagedPoint(design, elevation, distance);
@@ -46,7 +55,7 @@ const found = designs.map((design, place) => points[place].map(([elevation, dist
     ...view,
     perRadian: imageRadiusSlope(view.slope, design.views[name], design.camera.focal_length_mm),
   }]));
-  return { ...at, views };
+  return { ...at, views, secondOrder: secondOrder(at.depthError), bounds: [FIRST_ORDER_BOUND, SECOND_ORDER_BOUND] };
 }));
 console.log(JSON.stringify(found));
 """
@@ -142,6 +151,8 @@ def test_blur_and_depth_error_equal_pythons(shown) -> None:
         for (elevation, distance), at in zip(points, found, strict=True):
             error = depth_error_map(pair, np.array(elevation), np.array(distance), noise, design.scale_uncertainty)
             assert at["depthError"] == pytest.approx(float(error), rel=1e-11)
+            assert at["secondOrder"] == pytest.approx(float(second_order(error)), rel=1e-11)
+            assert at["bounds"] == [FIRST_ORDER_BOUND, SECOND_ORDER_BOUND]
             for name in VIEW_NAMES:
                 slope = at["views"][name]["slope"]
                 ray = chief_ray(light_path_of_design(design, name), slope)

@@ -17,7 +17,20 @@ from designer.report.html.payload import payload_of_design, payload_of_study
 from designer.study.folder import write_page
 from designer.study.study import Study
 
-MODULES = ("optics", "format", "state", "drawing", "table", "readings", "rays", "rig", "trade", "compare", "app")
+MODULES = (
+    "optics",
+    "format",
+    "state",
+    "drawing",
+    "table",
+    "readings",
+    "rays",
+    "solids",
+    "rig",
+    "trade",
+    "compare",
+    "app",
+)
 """The scripts in an order in which each stands below those that it imports."""
 _IMPORT = re.compile(r"^import\b[^;]*;\n", re.MULTILINE)
 _EXPORT = re.compile(r"^export ", re.MULTILINE)

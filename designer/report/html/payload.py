@@ -97,7 +97,7 @@ def payload_of_design(design: Design) -> dict[str, JsonValue]:
     """
     depth, focus = depth_score(design), focus_score(design)
     camera = design.camera
-    row = {
+    row: dict[str, Any] = {
         "configuration": design.configuration,
         "family": "folded" if any(len(view.path) > 1 for view in design.views.by_name.values()) else "direct",
         "topology": f"upper_{design.views.upper.zone}",
@@ -117,6 +117,8 @@ def payload_of_design(design: Design) -> dict[str, JsonValue]:
         "principal_distance_mm": camera.focal_length_mm,
         MASS: _mass_g(design),
     }
+    if not depth.first_order_valid:
+        row["beyond_first_order"] = True
     return {
         "version": __version__,
         "title": design.configuration,
@@ -160,6 +162,8 @@ def _row(study: Study, row: Row) -> dict[str, JsonValue]:
     design = study.designs.get(row.configuration)
     if design is not None:
         values[MASS] = _plain(_mass_g(design))
+    if row.is_beyond_first_order:
+        values["beyond_first_order"] = True
     if row.configuration in study.checked:
         values["check"] = "passes" if study.checked[row.configuration].passed else "fails"
     elif row.configuration in study.unchecked:

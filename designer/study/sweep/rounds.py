@@ -26,8 +26,8 @@ from designer.study.sweep.store import Store
 
 # A configuration could win a point if its first objective is within this share of the best one's there.
 COULD_WIN = 0.05
-# So many starts it then gets for each variant; neighbours tell each other what they find. If more than so many could win
-# somewhere, as many are chosen evenly over the sweep.
+# So many starts it then gets for each variant; neighbours tell each other what they find. If more than so many could
+# win somewhere, as many are chosen evenly over the sweep.
 FEW_STARTS = 2
 MOST_WITH_FEW_STARTS = 600
 # A configuration stands out at a point if its first objective is this share above what both sides of it suggest, ...

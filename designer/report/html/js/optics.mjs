@@ -174,6 +174,15 @@ export function relativeDepthError(design, slope, distance, noise) {
   return Math.sqrt(byNoise ** 2 + byScale ** 2);
 }
 
+/** Relative depth errors up to which first order, and first and second order together, hold to two percent. */
+export const FIRST_ORDER_BOUND = 0.065;
+export const SECOND_ORDER_BOUND = 0.149;
+
+/** Root mean square relative depth error to second order where first order says s. */
+export function secondOrder(s) {
+  return s * Math.sqrt(1 + 9 * s * s);
+}
+
 /** Relative depth shift of a point per relative error of the image's scale. */
 export function depthShiftPerScale(design, slopes) {
   const shift = (name) => {

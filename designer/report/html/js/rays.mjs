@@ -233,7 +233,7 @@ export function buildRays(data) {
             element(
               "figcaption",
               {},
-              "The scene, to scale: working volume, lines of sight from both viewpoints, and the depth error as a bar (±σ)",
+              "The scene, to scale: working volume, lines of sight from both viewpoints, depth error as a bar (±σ)",
             ),
           ),
         ),
@@ -259,7 +259,9 @@ export function buildRays(data) {
     places.picture.hidden = !isPerspective(design.camera);
     places.image.replaceChildren(drawnImage(design, places.side, points));
     places.scene.replaceChildren(sceneDrawing(design, at, found, places.width));
-    places.caption.textContent = `${design.configuration}: solid blue the upper view, dashed orange the lower; dotted lines lead to the viewpoints. ${pointInWords(at)}.`;
+    places.caption.textContent =
+      `${design.configuration}, ${pointInWords(at)}. ` +
+      "Solid blue the upper view, dashed orange the lower; dotted lines lead to the viewpoints.";
   }
 
   whenChanged((changed) => {

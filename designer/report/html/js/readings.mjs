@@ -1,14 +1,22 @@
 // What a scene point gives in a design, and the prescription, as tables.
 
 import { element, fixed, length, significant } from "./format.mjs";
-import { VIEWS } from "./optics.mjs";
+import { FIRST_ORDER_BOUND, SECOND_ORDER_BOUND, VIEWS, secondOrder } from "./optics.mjs";
 
 export const OTHER_LAW =
-  "The lens follows another law than r = f tan ψ, which this page does not know: the paths are exact, but there is no image point, blur or depth error.";
+  "The lens follows another law than r = f tan ψ, which this page does not know: " +
+  "the paths are exact, but there is no image point, blur or depth error.";
 
 /** Elevation and distance of the scene point in words. */
 export function pointInWords(at) {
   return `elevation ${fixed((at.elevation * 180) / Math.PI, 2)}°, distance ${length(at.distance)}`;
+}
+
+/** What to think of a depth error that first order does not tell truly; nothing of a small one. */
+function orderInWords(error) {
+  if (error <= FIRST_ORDER_BOUND) return "";
+  if (error > SECOND_ORDER_BOUND) return "; too large for first and second order, so more than this";
+  return `; first order, to second order ${fixed(100 * secondOrder(error), 3)} %`;
 }
 
 /** A table of what both views record of the scene point. */
@@ -40,7 +48,7 @@ export function readings(design, at, found) {
           { class: "reading" },
           "Depth error here: ",
           element("strong", {}, `${fixed(100 * found.depthError, 3)} %`),
-          ` = ${significant(found.depthError * at.distance)} mm (one standard deviation)`,
+          ` = ${significant(found.depthError * at.distance)} mm (one standard deviation)${orderInWords(found.depthError)}`,
         );
   return [
     depth,
@@ -121,7 +129,8 @@ export function cameraWords(design) {
   const focus = camera.focus_distance_mm ? `${fixed(camera.focus_distance_mm, 1)} mm` : "infinity";
   const words = VIEWS.map((name) => {
     const view = views[name];
-    return `${name} view: viewpoint ${fixed(view.viewpoint_mm, 3)} mm, gain ${fixed(view.gain, 6)}, ${view.sense}, ${view.zone} zone`;
+    const numbers = `viewpoint ${fixed(view.viewpoint_mm, 3)} mm, gain ${fixed(view.gain, 6)}`;
+    return `${name} view: ${numbers}, ${view.sense}, ${view.zone} zone`;
   });
   return [
     `principal distance ${fixed(camera.focal_length_mm, 4)} mm, f/${fixed(camera.f_number, 2)}, focused at ${focus}, ` +

@@ -31,6 +31,7 @@ export function buildTable(data) {
   const body = element("tbody");
   const heads = new Map();
   const count = document.getElementById("count");
+  const isStarred = rows.some((row) => row.beyond_first_order);
   const lines = new Map(rows.map((row) => [row.configuration, lineOfRow(row)]));
 
   function lineOfRow(row) {
@@ -45,7 +46,11 @@ export function buildTable(data) {
       if (column === "configuration") return element("td", { class: "name" }, button);
       if (column === "status")
         return element("td", {}, element("span", { class: `status ${row.status.replace(" ", "-")}` }, row.status));
-      return element("td", { class: columns[column].is_number ? "number" : null }, shownValue(row, column, columns));
+      // Hidden where it does not apply, so that the digits stay in line.
+      const star = column === "depth_error_rms" && isStarred ? element("span", { class: "star" }, " *") : null;
+      star?.classList.toggle("off", !row.beyond_first_order);
+      const style = columns[column].is_number ? "number" : null;
+      return element("td", { class: style }, shownValue(row, column, columns), star);
     });
     const line = element(
       "tr",
@@ -126,7 +131,10 @@ export function buildTable(data) {
       head.setAttribute("aria-sort", sort);
       head.querySelector(".way").textContent = { ascending: " ▲", descending: " ▼", none: "" }[sort];
     }
-    count.textContent = `${kept.length} of ${rows.length} configurations shown`;
+    const note = kept.some((row) => row.beyond_first_order)
+      ? "; * first order underestimates the worst point of the working volume"
+      : "";
+    count.textContent = `${kept.length} of ${rows.length} configurations shown${note}`;
   }
 
   function head(name) {
@@ -231,7 +239,8 @@ export function explanation(row, design, columns) {
   }
   if (row.status === "infeasible") {
     const closest = row.closest_constraint
-      ? `Limiting constraint: ${row.closest_constraint}, violated by ${significant(row.closest_violation)} ${row.closest_unit ?? ""} at the nearest point found.`
+      ? `Limiting constraint: ${row.closest_constraint}, violated by ` +
+        `${significant(row.closest_violation)} ${row.closest_unit ?? ""} at the nearest point found.`
       : null;
     const effort = row.solves
       ? `The solver ran ${row.solves} times from ${row.starts ?? "several"} starts. That is a search, not a proof.`
@@ -249,7 +258,8 @@ export function explanation(row, design, columns) {
     row.lens && `lens: ${row.lens}`,
     row.depth_error_worst !== undefined && `worst depth error ${shownValue(row, "depth_error_worst", columns)} %`,
     row.smallest_clearance_mm !== undefined &&
-      `least clearance ${shownValue(row, "smallest_clearance_mm", columns)} mm (${row.smallest_clearance_where ?? "place not recorded"})`,
+      `least clearance ${shownValue(row, "smallest_clearance_mm", columns)} mm ` +
+        `(${row.smallest_clearance_where ?? "place not recorded"})`,
     row.check && `end-to-end check: ${row.check}`,
     row.pareto_front_problem && `no Pareto front: ${row.pareto_front_problem}`,
   ].filter(Boolean);
@@ -259,7 +269,7 @@ export function explanation(row, design, columns) {
   };
   return [
     sentence(
-      `${row.status === "feasible" ? "Feasible" : "As recorded, not traced (designer trace does that)"}: ${facts.join("; ")}.`,
+      `${row.status === "feasible" ? "Feasible" : "As recorded; designer trace judges it"}: ${facts.join("; ")}.`,
     ),
     ...(design?.notes ?? []).map((note) => sentence(`Before ordering: ${note}.`)),
     element(

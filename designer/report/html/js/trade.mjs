@@ -186,8 +186,9 @@ function drawTrade(place, shown, data) {
     for (const [a, b] of line) parts.push(shape("circle", { cx: toX(a), cy: toY(b), r: 2.2, fill: style[0] }));
   }
   const marks = points.map(({ row, at }) => mark(row, [toX(at[0]), toY(at[1])], at, shown, columns, tips, place));
-  // The selected mark lies on top.
+  // The selected mark lies on top; it is the one that the tab key reaches, and arrow keys lead to the others.
   marks.sort((one, other) => (one.dataset.name === state.selected) - (other.dataset.name === state.selected));
+  marks.at(-1)?.setAttribute("tabindex", "0");
   const label = `${columns[y].label} against ${columns[x].label} of ${points.length} designs`;
   place.className = "plot";
   place.replaceChildren(
@@ -263,7 +264,7 @@ function mark(row, [cx, cy], at, { x, y }, columns, tips, place) {
     "g",
     {
       class: "mark",
-      tabindex: "0",
+      tabindex: "-1",
       role: "button",
       "aria-label": words,
       "aria-pressed": String(name === state.selected),
@@ -274,14 +275,27 @@ function mark(row, [cx, cy], at, { x, y }, columns, tips, place) {
       blur: hide,
       click: select,
       keydown: (event) => {
-        if (event.key !== "Enter" && event.key !== " ") return;
+        const ways = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 };
+        const isChosen = event.key === "Enter" || event.key === " ";
+        if (!isChosen && !(event.key in ways)) return;
         event.preventDefault();
-        select();
+        if (isChosen) select();
+        else neighbour(place, event.currentTarget, ways[event.key])?.focus();
       },
     },
     ring,
     symbol,
   );
+}
+
+/** The mark to the right of another, or with a step of -1 to its left. */
+function neighbour(place, from, step) {
+  const marks = [...place.querySelectorAll(".mark")];
+  const left = new Map(marks.map((each) => [each, each.getBoundingClientRect().left]));
+  marks.sort(
+    (one, other) => left.get(one) - left.get(other) || one.dataset.name.localeCompare(other.dataset.name, "en"),
+  );
+  return marks[marks.indexOf(from) + step];
 }
 
 /** Ranks beside the points, as far as they find room. */
