@@ -32,6 +32,8 @@ class Fold:
         Sign of R where the light meets the primary: -1 if it then crosses the axis at the viewpoint.
     primary_is_plane
         The primary's kappa is 1, so the secondary alone has the pair's gain.
+    is_seldom_feasible
+        Where its first starts end far from feasible, no more are worth their time.
     """
 
     label: str
@@ -40,6 +42,7 @@ class Fold:
     primary_gains: tuple[float, float] | None
     primary_side: int
     primary_is_plane: bool = False
+    is_seldom_feasible: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +61,11 @@ class Variant:
     def label(self) -> str:
         """What distinguishes this variant among those of its configuration, in words."""
         return self.fold.label if self.fold else ""
+
+    @property
+    def is_seldom_feasible(self) -> bool:
+        """Whether no more than the first starts are worth their time where they end far from feasible."""
+        return self.fold is not None and self.fold.is_seldom_feasible
 
     def sense(self, view: str) -> Sense:
         """The sense of a view: only the lower view of a folded configuration is folded."""
