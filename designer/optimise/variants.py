@@ -147,9 +147,9 @@ def _pairs_of_ellipsoids() -> tuple[EllipsoidPair, ...]:
             reason = "a primary that narrows the view is left out, as a concave hyperboloid is"
         face = "concave" if side < 0 else "convex"
         where = "between pinhole and primary" if (place, side) == ("above", 1) else place
-        cases.append(
-            EllipsoidPair(Fold(f"{face} primary, shared focus {where}", 1, inverse_gains, gains, side), reason)
-        )
+        label, is_between = f"{face} primary, shared focus {where}", where.startswith("between")
+        fold = Fold(label, 1, inverse_gains, gains, side, is_seldom_feasible=is_between)
+        cases.append(EllipsoidPair(fold, reason))
     # In the order in which they came to be known: warm starts hold their place.
     return tuple(sorted(cases, key=lambda case: _PLACES.index(case.fold.label)))
 
