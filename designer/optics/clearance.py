@@ -72,7 +72,7 @@ SHORTEST_CHORD_MM = 1e-6
 NOT_APART_MM = -1e6
 SMALLEST = 1e-12
 # What a whole primary's hull claims beyond its shell is up to a millimetre, what so many rings of it claim below 0.05.
-PIECES = 4
+PIECES = 5
 
 
 @dataclass(frozen=True, slots=True)

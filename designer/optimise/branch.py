@@ -47,6 +47,8 @@ from designer.requirement import Lens, Requirement
 MORE_STARTS_IF_INFEASIBLE = 2
 # So many of the nearest misses that a range holds are then followed beyond it.
 MOST_DESIGNS_BEYOND_RANGES = 8
+# Scaled violation (mm) of the first starts beyond which a variant that is seldom feasible is given up.
+HOPELESS_MISS = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,10 +215,9 @@ def _reached_from_screened(
 ) -> list[Candidate]:
     """Screened designs brought as near to feasible as they can be; more of them while none is feasible.
 
-    At first the solver keeps to the ranges in which starts are drawn, since farther off it may lose its way. Where that
-    leads nowhere, what an end of a range holds goes on beyond it.
+    At first the solver keeps to the ranges of starts: farther off it may lose its way.
     """
-    ranges = replace(task, problem=task.problem.within_ranges)
+    variant, ranges = task.problem.variant, replace(task, problem=task.problem.within_ranges)
     reached: list[Candidate] = []
     for starts, least_gain_share in (
         (count, LARGE_GAIN_SHARE),
@@ -225,7 +226,8 @@ def _reached_from_screened(
         screened = screen(task.problem, starts, random, least_gain_share)
         found = make_feasible(ranges, start_at(ranges, screened))
         reached += [replace(candidate, problem=task.problem) for candidate in found]
-        if any(candidate.is_feasible for candidate in (*known, *reached)):
+        is_hopeless = variant.is_seldom_feasible and min(each.violation for each in reached) > HOPELESS_MISS
+        if is_hopeless or any(candidate.is_feasible for candidate in (*known, *reached)):
             return reached
     nearest = min((*known, *reached), key=lambda candidate: candidate.violation)
     found = make_feasible(ranges, start_around(ranges, nearest, random))

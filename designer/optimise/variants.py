@@ -32,6 +32,8 @@ class Fold:
         Sign of R where the light meets the primary: -1 if it then crosses the axis at the viewpoint.
     primary_is_plane
         The primary's kappa is 1, so the secondary alone has the pair's gain.
+    is_seldom_feasible
+        Where its first starts end far from feasible, no more are worth their time.
     """
 
     label: str
@@ -40,6 +42,7 @@ class Fold:
     primary_gains: tuple[float, float] | None
     primary_side: int
     primary_is_plane: bool = False
+    is_seldom_feasible: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +61,11 @@ class Variant:
     def label(self) -> str:
         """What distinguishes this variant among those of its configuration, in words."""
         return self.fold.label if self.fold else ""
+
+    @property
+    def is_seldom_feasible(self) -> bool:
+        """Whether no more than the first starts are worth their time where they end far from feasible."""
+        return self.fold is not None and self.fold.is_seldom_feasible
 
     def sense(self, view: str) -> Sense:
         """The sense of a view: only the lower view of a folded configuration is folded."""
@@ -139,9 +147,9 @@ def _pairs_of_ellipsoids() -> tuple[EllipsoidPair, ...]:
             reason = "a primary that narrows the view is left out, as a concave hyperboloid is"
         face = "concave" if side < 0 else "convex"
         where = "between pinhole and primary" if (place, side) == ("above", 1) else place
-        cases.append(
-            EllipsoidPair(Fold(f"{face} primary, shared focus {where}", 1, inverse_gains, gains, side), reason)
-        )
+        label, is_between = f"{face} primary, shared focus {where}", where.startswith("between")
+        fold = Fold(label, 1, inverse_gains, gains, side, is_seldom_feasible=is_between)
+        cases.append(EllipsoidPair(fold, reason))
     # In the order in which they came to be known: warm starts hold their place.
     return tuple(sorted(cases, key=lambda case: _PLACES.index(case.fold.label)))
 

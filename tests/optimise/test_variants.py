@@ -100,6 +100,9 @@ def test_every_combination_of_signs_of_two_ellipsoids_is_a_variant_or_has_a_reas
         crossings = [1.0 + 1.0 / inverse for inverse in case.fold.inverse_gains]
         is_inside_camera = case.fold.primary_side < 0 and max(crossings) < 0.0
         assert bool(case.why_left_out) == (narrows or is_inside_camera)
+    assert {case.fold.label for case in PAIRS_OF_ELLIPSOIDS if case.fold.is_seldom_feasible} == {
+        "convex primary, shared focus between pinhole and primary"
+    }
     # Warm starts of sweeps know a variant by its place.
     assert [variant.label for variant in enumerate_variants(CONFIGURATIONS["folded-ElEl-Hy-upper_outer"])] == [
         "concave primary, shared focus above",
