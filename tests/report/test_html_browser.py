@@ -133,6 +133,16 @@ def assert_keys_turn_the_rig(shown: Tab) -> None:
     assert shown.value(picture) != before
 
 
+def test_an_address_may_name_a_design(page: Path, tmp_path: Path) -> None:
+    with tab(tmp_path / "profile") as shown:
+        for fragment, selected in (("#design=direct-HyHy-upper_outer", "direct-HyHy-upper_outer"), ("#design=%", None)):
+            shown.open("about:blank")
+            shown.open(page.as_uri() + fragment)
+            assert shown.becomes_true(READY)
+            assert shown.value(SELECTED) == (selected or shown.value(NAMES)[0])
+        assert shown.problems == []
+
+
 def test_the_rig_is_drawn_or_a_line_says_why_not(page: Path, tmp_path: Path) -> None:
     drawn = "!!document.querySelector('#rig.drawn canvas')"
     told = "!!document.querySelector('#no-webgl')"

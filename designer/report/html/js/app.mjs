@@ -53,7 +53,7 @@ function start() {
   buildRays(data);
   buildRig(data);
   buildCompare(data);
-  const asked = decodeURIComponent(location.hash.replace(/^#design=/, ""));
+  const asked = new URLSearchParams(location.hash.slice(1)).get("design");
   change({
     selected: data.designs[asked] ? asked : (names[0] ?? data.rows[0]?.configuration ?? null),
     first: names[0] ?? null,
