@@ -137,7 +137,7 @@ def _compiled(instance: Instance) -> tuple[Values, Callable[[Array], Array], Cal
 
 def _plain(instance: Instance) -> Values:
     """Objective and constraints as NumPy evaluates them, in the program's order."""
-    problem, near, choice = instance.run.problem, instance.run.near, instance.run.directions
+    problem, choice = instance.run.problem, instance.run.directions
     parameters = instance.arguments["p"]
     first = len(SPECIFICATION_NAMES) + 2 * len(VARIABLE_NAMES)
     weights = parameters[first : first + len(GOALS) + 1]
@@ -152,9 +152,9 @@ def _plain(instance: Instance) -> Values:
         residuals = [np.ravel(item.value)[0] / item.scale for item in problem.constraints(system)]
         light, bodies = separations(system.layout, pair_up(system.layout))
         spare = [
-            1.0 if directions[row] == FAR else along[directions[row], row, 0] - problem.specification.clearance
-            for rows, directions, along in ((near.legs, choice.legs, light), (near.solids, choice.solids, bodies))
-            for row in rows
+            1.0 if direction == FAR else along[direction, row, 0] - problem.specification.clearance
+            for directions, along in ((choice.legs, light), (choice.solids, bodies))
+            for row, direction in enumerate(directions)
         ]
         rows = [np.array(residuals) + slack, np.array(spare) + slack]
         if not instance.program.goals:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
@@ -36,7 +36,7 @@ from designer.optimise.multistart import (
 )
 from designer.optimise.problem import Array
 from designer.optimise.search import MOST_DESIGNS_IN_SECOND_STAGE, SearchResult
-from designer.optimise.separating_directions import NO_PAIRS, SeparatingDirections
+from designer.optimise.separating_directions import SeparatingDirections
 from designer.optimise.solver import Target
 from designer.optimise.specification import specification_of
 from designer.optimise.variables import free_ranges
@@ -177,8 +177,7 @@ def _is_elsewhere(scaled: Array, known: Sequence[Array]) -> bool:
 
 
 def _afresh(requirement: Requirement, branch: Branch, target: Target, fresh: Fresh) -> list[Candidate]:
-    # A task of its own keeps no other pairs apart than a study's.
-    alone = Branch(branch.lens, branch.variant, replace(branch.task, near=NO_PAIRS))
+    alone = Branch(branch.lens, branch.variant, branch.task)
     if fresh.few:
         search_with_few_starts(requirement, alone, target, fresh.few, fresh.seed)
     else:

@@ -17,7 +17,6 @@ from designer.files import InputError
 from designer.optimise.branch import problem_of
 from designer.optimise.multistart import Candidate
 from designer.optimise.program import problem_parameters
-from designer.optimise.separating_directions import NearPairs
 from designer.optimise.solver import Run, Target, minimise_for_multipliers
 from designer.requirement import Requirement, set_key
 
@@ -75,7 +74,7 @@ def first_stage_multipliers(
     None if the solver does not confirm the optimum. A negative value says that more of it lowers the objective.
     """
     goal = requirement.objective.minimise
-    run = Run(first.problem, NearPairs.of([first.directions]), first.directions, first.scaled, first.scales)
+    run = Run(first.problem, first.directions, first.scaled, first.scales)
     result = minimise_for_multipliers(run, Target(goal))
     scale = dict(zip(first.goals, first.scales, strict=True))[goal]
     reached, expected = result.objective * scale, first.goals[goal]

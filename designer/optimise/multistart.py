@@ -7,7 +7,7 @@ kept. Starts go in rounds: after each, separating directions that hold a design 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,8 +17,6 @@ from designer.goals import GOALS
 from designer.optics.layout import Layout
 from designer.optimise.problem import Evaluation, Problem, evaluate
 from designer.optimise.separating_directions import (
-    NO_PAIRS,
-    NearPairs,
     SeparatingDirections,
     choose_directions,
     rechoose_directions,
@@ -88,28 +86,22 @@ class Candidate:
 class Task:
     """A problem with what a descent needs beside it.
 
-    ``scales`` are typical sizes of the goals; ``statuses`` counts what the solver said. ``near`` grows with the pairs
-    that turn out to be near, so that runs share a program.
+    ``scales`` are typical sizes of the goals; ``statuses`` counts what the solver said.
     """
 
     problem: Problem
     lens: Lens
     scales: tuple[float, ...]
     statuses: Counter[str]
-    near: NearPairs = NO_PAIRS
 
     def note(self, result: SolverResult) -> SolverResult:
         """Count one result and pass it on."""
         self.statuses[result.status] += 1
         return result
 
-    def keep_apart(self, choices: Iterable[SeparatingDirections]) -> None:
-        """From now on keep apart all pairs that any of the choices has a direction for."""
-        self.near = self.near.joined(NearPairs.of(choices))
-
     def run_from(self, start: Array, directions: SeparatingDirections) -> Run:
         """A run of the solver that starts at a point of the unit box."""
-        return Run(self.problem, self.near, directions, start, self.scales)
+        return Run(self.problem, directions, start, self.scales)
 
 
 def examine(task: Task, scaled: Array, directions: SeparatingDirections) -> Candidate:
@@ -151,7 +143,6 @@ def make_feasible(task: Task, starts: Sequence[Candidate]) -> list[Candidate]:
     if not active:
         return best
     for _ in range(ROUNDS):
-        task.keep_apart(choices[index] for index in active)
         results = [
             task.note(reduce_violation(task.run_from(best[index].scaled, choices[index]), best[index].violation))
             for index in active
@@ -178,7 +169,6 @@ def improve(task: Task, starts: Sequence[Candidate], target: Target) -> list[Can
     choices = [start.directions for start in starts]
     active = list(range(len(starts)))
     for _ in range(ROUNDS):
-        task.keep_apart(choices[index] for index in active)
         results = [task.note(minimise(task.run_from(best[index].scaled, choices[index]), target)) for index in active]
         again = []
         for index, reached in zip(active, _examine_results(task, results, [choices[i] for i in active]), strict=True):
@@ -207,7 +197,6 @@ def start_at(task: Task, scaled: Array) -> list[Candidate]:
         values, system = problem.enclosed(problem.physical(scaled))
         evaluation = evaluate(problem, system)
     choices = choose_directions(evaluation, specification.clearance, specification.envelope_height)
-    task.keep_apart(choices)
     return examine_all(task, problem.scaled(values), choices)
 
 
@@ -241,7 +230,6 @@ def follow(task: Task, start: Array, directions: SeparatingDirections, target: T
     """Minimise a goal from near its minimum, feasible or not; None if nothing feasible comes of it."""
     best: Candidate | None = None
     for _ in range(ROUNDS):
-        task.keep_apart([directions])
         result = task.note(minimise(task.run_from(start, directions), target))
         reached = examine(task, result.scaled, directions)
         if reached.is_feasible and reached.keeps(target):

@@ -33,7 +33,6 @@ from designer.optics.clearance import (
 from designer.optics.image_law import ImageLaw
 from designer.optimise.constraints import constraints_of
 from designer.optimise.problem import Problem
-from designer.optimise.separating_directions import NearPairs
 from designer.optimise.specification import SPECIFICATION_NAMES, Specification, specification_values
 from designer.optimise.symbols import symbolic_numbers, with_numbers
 from designer.optimise.system import System, put_together
@@ -132,7 +131,7 @@ class _Geometry:
 
 @lru_cache(maxsize=128)
 def _build_geometry(
-    variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], near: NearPairs, law: ImageLaw
+    variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], law: ImageLaw
 ) -> _Geometry:
     scaled = casadi.SX.sym("scaled", len(free))
     # A variable without a choice is its lower end, a parameter: no derivatives by it are ever needed.
@@ -149,7 +148,7 @@ def _build_geometry(
     system = put_together(variant, values, specification)
     constraints = constraints_of(system, dict(fixed))
     residuals = casadi.vertcat(*(constraint.value / constraint.scale for constraint in constraints))
-    clear, directions = _clearance_rows(system, near)
+    clear, directions = _clearance_rows(system)
     given = [scaled, numbers, low, high, directions]
     # Rows share most of their geometry; found once, it is computed once, and so are its derivatives.
     results = [residuals, clear, casadi.vertcat(*symbolic_numbers(system))]
@@ -179,17 +178,16 @@ def build_program(
     variant: Variant,
     fixed: tuple[tuple[str, float], ...],
     free: tuple[str, ...],
-    near: NearPairs,
     law: ImageLaw,
     noise: Noise | None,
 ) -> Program:
-    """Build the program of a variant, with the given variables free, that keeps near pairs apart.
+    """Build the program of a variant, with the given variables free, that keeps solids and light apart.
 
     Its parameters are the requirement's numbers, the ends of the bounds, what is minimised, the goals' typical sizes,
     and the chosen directions. ``law`` is the lens's. ``noise`` is what goals need to know; None for a program without
     goals.
     """
-    geometry = _build_geometry(variant, fixed, free, near, law)
+    geometry = _build_geometry(variant, fixed, free, law)
     given = [geometry.function.size1_in(i) for i in range(1, 5)]
     sizes = [*given[:3], len(GOALS) + 1, len(GOALS), given[3]]
     variables, parameters = casadi.MX.sym("variables", len(free) + 1), casadi.MX.sym("parameters", sum(sizes))
@@ -221,20 +219,20 @@ def problem_parameters(problem: Problem) -> NDArray[np.float64]:
     return np.concatenate([specification_values(problem.specification), ends[:, 0], ends[:, 1]])
 
 
-def _clearance_rows(system: System, near: NearPairs) -> tuple[Any, Any]:
-    """What every near pair has to spare along its direction, as a column, and the symbols that choose the directions.
+def _clearance_rows(system: System) -> tuple[Any, Any]:
+    """What every pair has to spare along its direction, as a column, and the symbols that choose the directions.
 
     A pair without a direction has one to spare.
     """
     pairs = pair_up(system.layout)
     legs, solids = leg_rows(system.layout.legs), solid_rows(pairs.solids)
-    # Row by row, as NearPairs.weights has them.
-    of_legs = casadi.SX.sym("leg_normals", len(LEG_NORMALS) + 2, len(near.legs)).T
-    of_solids = casadi.SX.sym("solid_normals", len(SOLID_NORMALS) + 2, len(near.solids)).T
+    # Row by row, as normals_of() has them.
+    of_legs = casadi.SX.sym("leg_normals", len(LEG_NORMALS) + 2, len(pairs.leg_solid)).T
+    of_solids = casadi.SX.sym("solid_normals", len(SOLID_NORMALS) + 2, len(pairs.solid_solid)).T
     rows = []
     for weights, separations in (
-        (of_legs, leg_separations(legs, solids, [pairs.leg_solid[row] for row in near.legs], of_legs)),
-        (of_solids, solid_separations(solids, [pairs.solid_solid[row] for row in near.solids], of_solids)),
+        (of_legs, leg_separations(legs, solids, pairs.leg_solid, of_legs)),
+        (of_solids, solid_separations(solids, pairs.solid_solid, of_solids)),
     ):
         is_chosen = casadi.sum2(weights * weights)
         rows.append(casadi.if_else(is_chosen, separations - system.specification.clearance, 1.0))

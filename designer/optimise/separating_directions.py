@@ -6,7 +6,6 @@ starts, and chosen anew at a result; the choice is a parameter of the program.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,49 +36,27 @@ GAIN_MM = 1e-5
 class SeparatingDirections:
     """The direction that keeps each pair apart: index per row of ``Pairs``, legs and solids, then solids alone.
 
-    ``FAR`` leaves a pair out of the program, because it is far from touching.
+    ``FAR`` lets a run ignore a pair, because it is far from touching.
     """
 
     legs: tuple[int, ...]
     solids: tuple[int, ...]
 
-
-@dataclass(frozen=True, slots=True)
-class NearPairs:
-    """The pairs that a program keeps apart, by row of ``Pairs``; the others are far from touching."""
-
-    legs: tuple[int, ...]
-    solids: tuple[int, ...]
-
-    @classmethod
-    def of(cls, choices: Iterable[SeparatingDirections]) -> NearPairs:
-        """The pairs that any of the choices has a direction for."""
-        choices = list(choices)
-        return cls(_near([choice.legs for choice in choices]), _near([choice.solids for choice in choices]))
-
-    def joined(self, other: NearPairs) -> NearPairs:
-        """The pairs of either."""
-        return NearPairs(_united(self.legs, other.legs), _united(self.solids, other.solids))
-
-    def weights(self, choice: SeparatingDirections) -> Array:
-        """The chosen directions as a program takes them: all legs' normals, pair by pair, then those of solids."""
-        legs = [_LEG_WEIGHTS[choice.legs[row]] for row in self.legs]
-        solids = [_SOLID_WEIGHTS[choice.solids[row]] for row in self.solids]
-        return np.concatenate([np.ravel(legs), np.ravel(solids)])
-
-
-NO_PAIRS = NearPairs((), ())
 
 # The last row, of nothing but zeros, stands for ``FAR``.
 _LEG_WEIGHTS = np.pad(normal_weights(LEG_DIRECTIONS, LEG_NORMALS), ((0, 1), (0, 0)))
 _SOLID_WEIGHTS = np.pad(normal_weights(SOLID_DIRECTIONS, SOLID_NORMALS), ((0, 1), (0, 0)))
 
 
-def choose_directions(evaluation: Evaluation, clearance: float, envelope: float) -> list[SeparatingDirections]:
-    """Directions for every design of an evaluation, as few different ones as will do.
+def normals_of(choice: SeparatingDirections) -> Array:
+    """The chosen directions as a program takes them: all legs' normals, pair by pair, then those of solids."""
+    legs = [_LEG_WEIGHTS[direction] for direction in choice.legs]
+    solids = [_SOLID_WEIGHTS[direction] for direction in choice.solids]
+    return np.concatenate([np.ravel(legs), np.ravel(solids)])
 
-    Each choice means building a program, so a direction that serves most designs is taken wherever it serves.
-    """
+
+def choose_directions(evaluation: Evaluation, clearance: float, envelope: float) -> list[SeparatingDirections]:
+    """Directions for every design of an evaluation: one that serves most designs is taken wherever it serves."""
     legs = _choose(evaluation.light - clearance, FAR_SHARE_OF_ENVELOPE * envelope)
     solids = _choose(evaluation.bodies[:STARTING_SOLID_DIRECTIONS] - clearance, FAR_SHARE_OF_ENVELOPE * envelope)
     return [
@@ -101,14 +78,6 @@ def rechoose_directions(
         _rechoose(directions.legs, evaluation.light[:, :, 0] - clearance, threshold),
         _rechoose(directions.solids, evaluation.bodies[:, :, 0] - clearance, threshold),
     )
-
-
-def _near(choices: Sequence[tuple[int, ...]]) -> tuple[int, ...]:
-    return tuple(row for row, directions in enumerate(zip(*choices, strict=True)) if set(directions) != {FAR})
-
-
-def _united(first: tuple[int, ...], second: tuple[int, ...]) -> tuple[int, ...]:
-    return tuple(sorted({*first, *second}))
 
 
 def _choose(spare: Array, far: float) -> NDArray[np.intp]:

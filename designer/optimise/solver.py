@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from designer.goals import GOALS
 from designer.optimise.problem import Array, Problem
 from designer.optimise.program import Noise, Program, build_program, problem_parameters
-from designer.optimise.separating_directions import NearPairs, SeparatingDirections
+from designer.optimise.separating_directions import SeparatingDirections, normals_of
 from designer.optimise.variables import VARIABLE_NAMES
 
 SOLVED = "solved"
@@ -34,12 +34,10 @@ class Target:
 class Run:
     """What a run of the solver starts from.
 
-    ``start`` is a point of the unit box, ``scales`` hold a typical size of each goal, ``near`` has at least the pairs
-    that ``directions`` keep apart.
+    ``start`` is a point of the unit box, ``scales`` hold a typical size of each goal.
     """
 
     problem: Problem
-    near: NearPairs
     directions: SeparatingDirections
     start: Array
     scales: Sequence[float]
@@ -54,7 +52,7 @@ class Run:
         names = tuple(name for name, is_free in zip(VARIABLE_NAMES, self.free, strict=True) if is_free)
         variant, asked, fixed = self.problem.variant, self.problem.specification, self.problem.fixed
         noise: Noise = "predicted" if asked.predicted_share else "constant"
-        return build_program(variant, fixed, names, self.near, asked.law, noise if with_goals else None)
+        return build_program(variant, fixed, names, asked.law, noise if with_goals else None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,8 +124,7 @@ def arguments_of(run: Run, program: Program, target: Target, violation: float | 
 def _parameters(run: Run, target: Target, is_elastic: bool) -> Array:
     """The requirement's numbers, what is minimised, the goals' typical sizes, and the chosen directions."""
     weights = [float(name == target.minimise) for name in GOALS] + [float(is_elastic)]
-    normals = run.near.weights(run.directions)
-    return np.concatenate([problem_parameters(run.problem), weights, run.scales, normals])
+    return np.concatenate([problem_parameters(run.problem), weights, run.scales, normals_of(run.directions)])
 
 
 def _row_bounds(run: Run, program: Program, target: Target, is_elastic: bool) -> tuple[Array, Array]:

@@ -29,7 +29,6 @@ def test_the_best_different_designs_go_into_the_next_round(monkeypatch):
     )
     monkeypatch.setattr(multistart, "_rechosen", lambda task, choice, candidate: choice + 1)
     task = SimpleNamespace(
-        keep_apart=lambda choices: None,
         note=lambda result: result,
         run_from=lambda start, choice: (start, choice),
     )

@@ -13,7 +13,7 @@ from designer.optics.clearance import pair_up, separations
 from designer.optics.image_law import PERSPECTIVE, ImageLaw
 from designer.optimise.problem import Problem
 from designer.optimise.program import Program, build_program
-from designer.optimise.separating_directions import FAR, NearPairs, SeparatingDirections
+from designer.optimise.separating_directions import FAR, SeparatingDirections
 from designer.optimise.solver import Run, Target, arguments_of
 from designer.optimise.system import put_together
 from designer.optimise.variables import VARIABLE_NAMES
@@ -63,8 +63,7 @@ def test_rows_are_what_numpy_makes_of_the_system(variant, noise_mm, law):
     system = put_together(variant, problem.physical(scaled[:, None]), specification)
     light, bodies = (part[:, :, 0] for part in separations(system.layout, pair_up(system.layout)))
     directions = SeparatingDirections(tuple(light.argmax(axis=0).tolist()), (FAR, *bodies.argmax(axis=0)[1:].tolist()))
-    near = NearPairs(tuple(range(light.shape[1])), tuple(range(bodies.shape[1])))
-    run = Run(problem, near, directions, scaled, SCALES)
+    run = Run(problem, directions, scaled, SCALES)
     free = tuple(name for name in VARIABLE_NAMES if not problem.bounds[name].is_fixed)
     residuals = np.array([np.ravel(item.value)[0] / item.scale for item in problem.constraints(system)])
     equal = np.array([item.equality for item in problem.constraints(system)])
@@ -72,13 +71,13 @@ def test_rows_are_what_numpy_makes_of_the_system(variant, noise_mm, law):
     spare[light.shape[1]] = 1.0  # the pair that is left out
     goals = np.array([np.ravel(goal.expression(system))[0] for goal in GOALS.values()]) / SCALES
 
-    program = build_program(variant, (), free, near, law, "constant" if noise_mm else "predicted")
+    program = build_program(variant, (), free, law, "constant" if noise_mm else "predicted")
     objective, rows = every_row(program, arguments_of(run, program, Target("blur"), None))
     expected = np.concatenate([residuals, spare, residuals[equal], goals])
     assert rows == pytest.approx(expected, rel=1e-9, abs=1e-7)
     assert objective == pytest.approx(goals[list(GOALS).index("blur")], rel=1e-12)
 
-    program = build_program(variant, (), free, near, law, None)
+    program = build_program(variant, (), free, law, None)
     objective, rows = every_row(program, arguments_of(run, program, Target("violation"), 0.25))
     expected = np.concatenate([residuals + 0.25, spare + 0.25, residuals[equal] - 0.25])
     assert rows == pytest.approx(expected, rel=1e-9, abs=1e-7)

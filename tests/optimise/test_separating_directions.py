@@ -14,9 +14,9 @@ from designer.optimise.separating_directions import (
     COMFORTABLE_MM,
     FAR,
     FAR_SHARE_OF_ENVELOPE,
-    NearPairs,
     SeparatingDirections,
     choose_directions,
+    normals_of,
     rechoose_directions,
 )
 
@@ -102,28 +102,16 @@ def test_a_failing_pair_changes_only_to_a_better_direction():
     assert found == SeparatingDirections((1, 0, 1), (0,))
 
 
-@given(choices, choices)
-def test_near_pairs_are_those_that_any_choice_has_a_direction_for(first, second):
-    near = NearPairs.of(first)
-    assert set(near.legs) == {row for choice in first for row, chosen in enumerate(choice.legs) if chosen != FAR}
-    assert set(near.solids) == {row for choice in first for row, chosen in enumerate(choice.solids) if chosen != FAR}
-    assert near.joined(NearPairs.of(second)) == NearPairs.of([*first, *second])
-
-
 @given(choices)
-def test_weights_are_those_of_each_near_pairs_own_direction(several):
-    near = NearPairs.of(several)
+def test_a_program_is_given_the_normal_of_each_pairs_own_direction(several):
     for choice in several:
-        weights = near.weights(choice)
-        of_legs = weights[: len(near.legs) * (len(LEG_NORMALS) + 2)].reshape(len(near.legs), len(LEG_NORMALS) + 2)
-        of_solids = weights[of_legs.size :].reshape(len(near.solids), len(SOLID_NORMALS) + 2)
-        for rows, chosen, found, names, normals in (
-            (near.legs, choice.legs, of_legs, LEG_DIRECTIONS, LEG_NORMALS),
-            (near.solids, choice.solids, of_solids, SOLID_DIRECTIONS, SOLID_NORMALS),
+        given_normals = normals_of(choice)
+        of_legs = given_normals[: len(choice.legs) * (len(LEG_NORMALS) + 2)].reshape(len(choice.legs), -1)
+        of_solids = given_normals[of_legs.size :].reshape(len(choice.solids), -1)
+        for chosen, found, names, normals in (
+            (choice.legs, of_legs, LEG_DIRECTIONS, LEG_NORMALS),
+            (choice.solids, of_solids, SOLID_DIRECTIONS, SOLID_NORMALS),
         ):
-            for row, weight in zip(rows, found, strict=True):
-                if chosen[row] == FAR:
-                    assert not weight.any()
-                else:
-                    assert weight.tolist() == normal_weights([names[chosen[row]]], normals)[0].tolist()
-                    assert np.abs(weight).sum() == 1.0
+            for direction, weights in zip(chosen, found, strict=True):
+                expected = [0.0] * len(weights) if direction == FAR else normal_weights([names[direction]], normals)[0]
+                assert weights.tolist() == list(expected)
