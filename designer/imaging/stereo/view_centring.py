@@ -36,6 +36,8 @@ from designer.imaging.stereo.rig import StereoRig, sample
 _REACHES = (8, 3)
 # A centre known no better than this is of no use: at a radius of 100 px it leaves a third of a column.
 LARGEST_ERROR_PX = 0.25
+# Whole columns, which a coarse texture tells more poorly than its grey levels do, only have to lead there.
+_LARGEST_ERROR_AT_FIRST_PX = 1.0
 # Columns of unit length so nearly dependent multiply whatever the law of the shift leaves out.
 LARGEST_CONDITION = 30.0
 # Huber's bound, in standard deviations.
@@ -108,7 +110,7 @@ def find_centres(
         require_matched(max(matched, share) if reach == _REACHES[0] else share, reach_px)
         factors = shift_factors(rig, columns, rows, rows_lower)
         solution = robust_least_squares(factors, shifts, _blocks(columns, rows))
-        if not _is_determined(solution):
+        if not _is_determined(solution, _LARGEST_ERROR_AT_FIRST_PX):
             return _one_centre(design, raw, placement, reach_px, distances_mm, options)
         found = _corrected(found, solution.amounts)
     for _ in range(MOST_STEPS):
@@ -118,12 +120,13 @@ def find_centres(
         # Where the views differ in brightness, the difference has a mean that is no shift.
         factors = np.column_stack([factors, np.ones(len(factors))])
         solution = robust_least_squares(factors, seen.differences, _blocks(seen.columns, seen.rows))
-        if not _is_determined(solution):
+        if not _is_determined(solution, LARGEST_ERROR_PX):
             return _one_centre(design, raw, placement, reach_px, distances_mm, options)
         found = _corrected(found, solution.amounts)
-        if np.abs(solution.amounts[:4]).max() < LAST_STEP_PX:
+        errors = np.sqrt(np.diag(solution.covariance))
+        # Which pixels match changes a little with every step, so that steps do not fade out entirely.
+        if np.all(np.abs(solution.amounts[:4]) < np.maximum(LAST_STEP_PX, 0.1 * errors[:4])):
             break
-    errors = np.sqrt(np.diag(solution.covariance))
     of_centres = float(np.hypot(*errors[:2]) / np.sqrt(2.0)), float(np.hypot(*errors[2:4]) / np.sqrt(2.0))
     if isinstance(placement, ViewPlacements) or _differ(found, placement.rotation_rad, solution.covariance):
         return FoundCentres(found, of_centres, float(errors[4]), "")
@@ -214,9 +217,9 @@ def _blocks(columns: NDArray[np.intp], rows: NDArray[np.intp]) -> NDArray[np.int
     return np.asarray(np.unique(columns // _BLOCK * 100_000 + rows // _BLOCK, return_inverse=True)[1])
 
 
-def _is_determined(solution: Solution) -> bool:
+def _is_determined(solution: Solution, largest_error_px: float) -> bool:
     errors = np.sqrt(np.diag(solution.covariance)[:4])
-    return solution.condition <= LARGEST_CONDITION and bool(errors.max() <= LARGEST_ERROR_PX)
+    return solution.condition <= LARGEST_CONDITION and bool(errors.max() <= largest_error_px)
 
 
 def _corrected(placements: ViewPlacements, off: Floats) -> ViewPlacements:
