@@ -64,8 +64,9 @@ class FoundCentres:
 
     ``placement`` is one for both views where the image does not show two, else one for each.
     ``standard_errors_px`` are those of the upper and of the lower centre, each the root mean square of right and down,
-    and ``turn_error_rad`` that of the relative turn; None where the image does not determine them. ``note`` says why
-    there is one placement, and is empty where there are two.
+    and ``turn_error_rad`` that of the relative turn; None where the image does not determine them. They are those of
+    noise: where the texture is much coarser than the matching window, matches err together by several times as much.
+    ``note`` says why the centres were moved together, and is empty where they were not.
     """
 
     placement: Placement
