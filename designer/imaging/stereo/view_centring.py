@@ -254,5 +254,5 @@ def _one_centre(
     options: MatchingOptions,
 ) -> FoundCentres:
     one = find_centre(design, raw, placement, reach_px, distances_mm, options)
-    note = "this image does not determine a centre for each view; the centre is common to both"
-    return FoundCentres(one, None, None, note)
+    done = "both were moved alike" if isinstance(one, ViewPlacements) else "the centre is common to both"
+    return FoundCentres(one, None, None, f"this image does not determine a centre for each view; {done}")

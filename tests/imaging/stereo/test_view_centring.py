@@ -99,6 +99,13 @@ def test_views_whose_radii_keep_their_ratio_do_not_tell_two_centres():
     assert found.placement == find_centre(design, raw, START)
     assert found.standard_errors_px is None
     assert "does not determine" in found.note
+    again = find_centres(design, raw, ViewPlacements(APART.lower, APART.upper))
+    moves = [
+        np.subtract(getattr(again.placement, view).center_px, start.center_px)
+        for view, start in (("upper", APART.lower), ("lower", APART.upper))
+    ]
+    np.testing.assert_allclose(moves[0], moves[1], atol=1e-9)
+    assert "both were moved alike" in again.note
 
 
 def test_equal_placements_of_both_views_are_one_placement():
