@@ -15,10 +15,11 @@ if TYPE_CHECKING:
     from designer.imaging.endtoend.check import EndToEndCheck
     from designer.imaging.endtoend.equalisation_experiment import EqualisationComparison
     from designer.imaging.images import Image
-    from designer.imaging.stereo.placement import ImagePlacement
+    from designer.imaging.stereo.placement import ImagePlacement, Placement, ViewPlacements
     from designer.imaging.stereo.reconstruction import PointCloud
     from designer.imaging.stereo.results import StereoResult
     from designer.imaging.stereo.rig import StereoRig
+    from designer.imaging.stereo.view_centring import FoundCentres
 
 
 @needs("imaging")
@@ -95,6 +96,33 @@ def placement(
     return ImagePlacement(center_px or design.camera.principal_point_px, radians(rotation_deg), scale)
 
 
+def view_placements(upper: ImagePlacement, lower: ImagePlacement) -> ViewPlacements:
+    """How the image of each view lies, each a :func:`placement`: for mirrors that do not share an axis."""
+    from designer.imaging.stereo.placement import ViewPlacements
+
+    return ViewPlacements(upper, lower)
+
+
+def read_placement(path: str | Path) -> Placement:
+    """The placements of a file such as the ``placement.toml`` that ``designer stereo`` writes.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read or used.
+    """
+    from designer.imaging.stereo.placement_file import read_placement as read
+
+    return read(Path(path))
+
+
+def write_placement(path: str | Path, placement: Placement) -> None:
+    """Write placements to a file for :func:`read_placement` and ``designer stereo --placement``."""
+    from designer.imaging.stereo.placement_file import write_placement as write
+
+    write(Path(path), placement)
+
+
 @needs("imaging")
 def find_center(
     design: Design,
@@ -102,7 +130,7 @@ def find_center(
     start: ImagePlacement | None = None,
     distances_mm: tuple[float, float] | None = None,
 ) -> ImagePlacement:
-    """The placement whose centre fits an image best, within 8 pixels of where the search starts.
+    """The placement, common to both views, whose centre fits an image best, within 8 pixels of where it starts.
 
     Raises
     ------
@@ -117,10 +145,33 @@ def find_center(
 
 
 @needs("imaging")
+def find_centers(
+    design: Design,
+    image: ArrayLike | str | Path,
+    start: Placement | None = None,
+    distances_mm: tuple[float, float] | None = None,
+) -> FoundCentres:
+    """The centre of each view, the turn of the lower view against the upper one, and their standard errors.
+
+    The placement found is common to both views where the image does not show two centres.
+
+    Raises
+    ------
+    InputError
+        The image cannot be used, or no centres near the start match the two views.
+    """
+    from designer.imaging.stereo.rig import in_grey
+    from designer.imaging.stereo.view_centring import find_centres
+
+    raw = _image_of(image, design.camera)
+    return find_centres(design, in_grey(raw), start or placement(design), distances_mm=distances_mm)
+
+
+@needs("imaging")
 def stereo_rig(
     design: Design,
     *,
-    placement: ImagePlacement | None = None,
+    placement: Placement | None = None,
     sampling: Literal["spherical", "cylindrical"] = "spherical",
     columns: int = 1800,
     elevation_deg: tuple[float, float] | None = None,
@@ -133,7 +184,7 @@ def stereo_rig(
     Parameters
     ----------
     placement
-        How the image of the real camera lies; as designed by default.
+        How the image of the real camera lies, or that of each view; as designed by default.
     sampling, columns, elevation_deg
         Of the panoramas; each view's own elevations by default.
     distances_mm

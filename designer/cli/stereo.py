@@ -12,7 +12,8 @@ from designer.files import InputError
 
 if TYPE_CHECKING:
     from designer.design import Design
-    from designer.imaging.stereo.placement import ImagePlacement
+    from designer.imaging.stereo.placement import Placement
+    from designer.imaging.stereo.view_centring import FoundCentres
 
 # Nothing nearer or farther than these stands around any rig; far beyond, numbers overflow.
 NEAREST_MM, FARTHEST_MM = 1.0, 1e9
@@ -26,9 +27,19 @@ FARTHEST_CENTRE_PX, LARGEST_NOISE_PX = 1e6, 1000.0
 @click.argument("raw", type=click.Path(path_type=Path))
 @click.option("-o", "--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
 @click.option("--center", type=(float, float), metavar="U V", help="Pixel on the axis of the mirrors.")
-@click.option("--find-center", is_flag=True, help="Estimate that pixel, within 8 pixels of the given or nominal one.")
+@click.option(
+    "--find-center",
+    is_flag=True,
+    help="Estimate that pixel, one for each view if the image shows two, within 8 pixels of the given or nominal one.",
+)
 @click.option("--rotation-deg", type=float, default=0.0, help="Rotation of the image, from +u towards +v.")
 @click.option("--scale", type=float, default=1.0, help="Magnification of the image relative to the design.")
+@click.option(
+    "--placement",
+    type=click.Path(path_type=Path),
+    metavar="FILE.toml",
+    help="Center, rotation and scale of each view: the placement.toml of an earlier run, or your own.",
+)
 @click.option("--sampling", type=click.Choice(["spherical", "cylindrical"]), default="spherical", show_default=True)
 @click.option("--columns", type=click.IntRange(90, 20000), default=1800, show_default=True, help="Panorama width.")
 @click.option("--elevation-deg", type=(float, float), metavar="LOW HIGH", help="Elevation range of both panoramas.")
@@ -60,11 +71,12 @@ def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
     image = read_raw_image(raw, record.camera)
     placement = _placement(record, asked)
     if asked["find_center"]:
-        from designer.imaging.stereo.centring import find_centre
         from designer.imaging.stereo.rig import in_grey
+        from designer.imaging.stereo.view_centring import find_centres
 
-        placement = find_centre(record, in_grey(image), placement, distances_mm=asked["distance_mm"])
-        click.echo("center: {:.2f} {:.2f}".format(*placement.center_px))
+        found = find_centres(record, in_grey(image), placement, distances_mm=asked["distance_mm"])
+        placement = found.placement
+        _print_centres(found)
     request = StereoRequest(
         placement=placement,
         sampling=asked["sampling"],
@@ -80,7 +92,10 @@ def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
         slab_mm=asked["slab_mm"],
     )
     result = process(rig_of_request(record, request), image, request)
-    write_results(result, request, out, {"design": design, "raw": raw})
+    inputs = {"design": design, "raw": raw}
+    if asked["placement"]:
+        inputs["placement"] = asked["placement"]
+    write_results(result, request, out, inputs)
     outcomes = result.matches.fractions
     points = len(result.cloud.positions_mm)
     click.echo(f"{points} points ({100 * outcomes['kept']:.1f} % of the panorama), in {out}")
@@ -90,7 +105,7 @@ def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
     if outcomes["kept"] < FEW_KEPT:
         click.echo(
             "few points are left: check that the image and the design belong together, and --center (or "
-            "--find-center), --rotation-deg and --scale",
+            "--find-center), --rotation-deg and --scale (or --placement)",
             err=True,
         )
     if (shift := result.depth_shift) is not None:
@@ -98,13 +113,35 @@ def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
         click.echo(f"systematic: 0.1 % of image scale shifts these distances by {median} (median), up to {largest}")
 
 
-def _placement(design: Design, asked: dict[str, Any]) -> ImagePlacement:
+def _placement(design: Design, asked: dict[str, Any]) -> Placement:
     from math import radians
 
     from designer.imaging.stereo.placement import ImagePlacement
+    from designer.imaging.stereo.placement_file import read_placement
 
+    if asked["placement"]:
+        return read_placement(asked["placement"])
     centre = asked["center"] or design.camera.principal_point_px
     return ImagePlacement(centre, radians(asked["rotation_deg"]), asked["scale"])
+
+
+def _print_centres(found: FoundCentres) -> None:
+    from math import degrees
+
+    from designer.imaging.stereo.placement import ImagePlacement
+
+    placement, errors = found.placement, found.standard_errors_px
+    if isinstance(placement, ImagePlacement):
+        click.echo("center: {:.2f} {:.2f}".format(*placement.center_px))
+    else:
+        for number, (name, view) in enumerate((("upper", placement.upper), ("lower", placement.lower))):
+            known = f" (standard error {errors[number]:.2g} px)" if errors else ""
+            click.echo("{} center: {:.2f} {:.2f}".format(name, *view.center_px) + known)
+        turn = degrees(placement.lower.rotation_rad - placement.upper.rotation_rad)
+        known = "" if found.turn_error_rad is None else f" (standard error {degrees(found.turn_error_rad):.1g} degrees)"
+        click.echo(f"the lower view is turned by {turn:.3f} degrees against the upper one{known}")
+    if found.note:
+        click.echo(found.note)
 
 
 def _check(asked: dict[str, Any]) -> None:
@@ -121,6 +158,11 @@ def _check(asked: dict[str, Any]) -> None:
         raise InputError(f"--distance-mm: must be from {NEAREST_MM:g} to {FARTHEST_MM:g} mm")
     if not 0.1 <= asked["scale"] <= 10:
         raise InputError(f"--scale {asked['scale']:g}: must be between 0.1 and 10; 1 is the design scale")
+    if asked["placement"] and (asked["center"] or asked["rotation_deg"] != 0.0 or asked["scale"] != 1.0):
+        raise InputError(
+            f"--placement {asked['placement']}: gives the center, rotation and scale of each view; leave out --center, "
+            "--rotation-deg and --scale"
+        )
     if asked["window"] % 2 == 0:
         raise InputError(f"--window {asked['window']}: must be odd")
     if asked["noise_px"] is not None and not 0 < asked["noise_px"] <= LARGEST_NOISE_PX:

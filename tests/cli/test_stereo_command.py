@@ -10,7 +10,7 @@ from click.testing import CliRunner, Result
 
 from designer.cli import cli
 from designer.design import write_design
-from designer.imaging.stereo.placement import ImagePlacement
+from designer.imaging.stereo.placement import ImagePlacement, ViewPlacements
 from support.analytic_room import Waves, eccentric_wall, raw_image
 from support.imaging_designs import coarse_prototype
 
@@ -44,7 +44,7 @@ def test_a_captured_image_becomes_a_point_cloud(captured, tmp_path, sampling):
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert {path.name for path in out.iterdir()} == {
         "upper.png", "lower.png", "disparity.png", "outcomes.png", "depth.png", "floor_plan.png", "points.ply",
-        "stereo.npz", "summary.json",
+        "stereo.npz", "placement.toml", "summary.json",
     }  # fmt: skip
     assert summary["outcomes"]["kept"] > 0.85
     assert f"{summary['points']} points" in result.stdout
@@ -90,6 +90,54 @@ def test_the_centre_can_be_found(captured, tmp_path):
     np.testing.assert_allclose(summary["request"]["placement"]["center_px"], PLACEMENT.center_px, atol=0.05)
     assert result.stdout.startswith("center: ")
     assert summary["outcomes"]["kept"] > 0.85
+
+
+def test_two_centres_are_found_written_and_read_again(captured, tmp_path):
+    apart = ViewPlacements(ImagePlacement((402.6, 297.2)), ImagePlacement((400.0, 300.5)))
+    texture = Waves(finest_deg=1.6, coarsest_deg=24.0, count=60)
+    raw = raw_image(coarse_prototype(), eccentric_wall(1700.0, 0.6), texture, apart, noise=2.0)
+    cv2.imwrite(str(tmp_path / "raw.png"), raw)
+    words = (captured / "design.json", tmp_path / "raw.png", "--columns", 900, "-o")
+    found = run(*words, tmp_path / "found", "--find-center")
+    assert found.exit_code == 0, found.output
+    upper, lower, turn, *_ = found.stdout.splitlines()
+    assert upper.startswith("upper center: 402.")
+    assert lower.startswith("lower center: 400.")
+    assert turn.startswith(("the lower view is turned by 0.00", "the lower view is turned by -0.00"))
+    again = run(*words, tmp_path / "again", "--placement", tmp_path / "found" / "placement.toml")
+    assert again.exit_code == 0, again.output
+    summaries = [json.loads((tmp_path / name / "summary.json").read_text()) for name in ("found", "again")]
+    assert summaries[0]["outcomes"]["kept"] > 0.85
+    assert summaries[0]["points"] == summaries[1]["points"]
+    placements = [summary["provenance"]["placements"] for summary in summaries]
+    for view, truth in (("upper", apart.upper), ("lower", apart.lower)):
+        np.testing.assert_allclose(placements[0][view]["center_px"], truth.center_px, atol=0.1)
+        assert placements[1][view]["center_px"] == placements[0][view]["center_px"]
+    assert summaries[1]["provenance"]["inputs"]["placement"]["file"] == "placement.toml"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[upper]\ncenter_px = [400.0, 300.0]\n", "lower: is required but missing"),
+        ("[upper]\ncenter_px = [400.0]\n[lower]\ncenter_px = [400.0, 300.0]\n", "upper.center_px = [400.0]: "),
+        ("[upper]\ncenter_px = [nan, 1.0]\n[lower]\ncenter_px = [1.0, 1.0]\n", "upper.center_px.0 = nan: "),
+        ("[upper]\ncenter_px = [4.0, 3.0]\nscale = 0.0\n[lower]\ncenter_px = [4.0, 3.0]\n", "upper.scale = 0.0: "),
+        ("[upper]\ncenter_px = [4.0, 3.0]\nturn = 0.0\n[lower]\ncenter_px = [4.0, 3.0]\n", "upper.turn: "),
+        ("[upper\n", "not valid TOML"),
+    ],
+)
+def test_an_impossible_placement_file_is_refused(captured, tmp_path, text, message):
+    path = tmp_path / "own.toml"
+    path.write_text(text)
+    line = refused(captured / "design.json", captured / "raw.png", "--placement", path, out=tmp_path / "out")
+    assert f"own.toml: {message}" in line
+
+
+def test_a_placement_file_excludes_the_options_that_it_replaces(captured, tmp_path):
+    words = ("--placement", tmp_path / "own.toml", "--scale", 0.98)
+    line = refused(captured / "design.json", captured / "raw.png", *words, out=tmp_path / "out")
+    assert "leave out --center, --rotation-deg and --scale" in line
 
 
 def test_another_matcher_and_plain_sampling(captured, tmp_path):

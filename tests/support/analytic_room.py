@@ -13,7 +13,7 @@ import numpy as np
 
 from designer.design import Design
 from designer.imaging.stereo.panorama import view_images
-from designer.imaging.stereo.placement import ImagePlacement
+from designer.imaging.stereo.placement import Placement
 
 Wall = Callable[[np.ndarray], np.ndarray]
 Texture = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -51,7 +51,7 @@ def raw_image(
     design: Design,
     wall: Wall,
     texture: Texture,
-    placement: ImagePlacement | None = None,
+    placement: Placement | None = None,
     noise: float = 0.0,
     seed: int = 0,
 ) -> np.ndarray:

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from designer.design import VIEW_NAMES, Design, ViewName
 from designer.files import InputError
 from designer.imaging.images import Image
-from designer.imaging.stereo.placement import Floats, ImagePlacement, ViewImage, view_image
+from designer.imaging.stereo.placement import Floats, Placement, ViewImage, view_image
 
 Sampling = Literal["spherical", "cylindrical"]
 
@@ -127,7 +127,7 @@ def panorama_grid(
     return PanoramaGrid(sampling, columns, rows, step, float(edges["upper"][1]), float(edges["lower"][1]))
 
 
-def view_images(design: Design, placement: ImagePlacement | None = None) -> dict[ViewName, ViewImage]:
+def view_images(design: Design, placement: Placement | None = None) -> dict[ViewName, ViewImage]:
     """Both views' images on the sensor, by name."""
     return {name: view_image(design, name, placement) for name in VIEW_NAMES}
 

@@ -33,6 +33,18 @@ class ImagePlacement:
 
 
 @dataclass(frozen=True, slots=True)
+class ViewPlacements:
+    """How the image of each view lies, where the mirrors of a built sensor do not share an axis."""
+
+    upper: ImagePlacement
+    lower: ImagePlacement
+
+
+Placement = ImagePlacement | ViewPlacements
+"""One placement for both views, or one for each."""
+
+
+@dataclass(frozen=True, slots=True)
 class ViewImage:
     """One view's image on the sensor: its four numbers in pixels, its placement, and the elevations asked of it.
 
@@ -104,11 +116,18 @@ def centred(camera: Camera) -> ImagePlacement:
     return ImagePlacement(camera.principal_point_px)
 
 
-def view_image(design: Design, name: ViewName, placement: ImagePlacement | None = None) -> ViewImage:
+def placement_of_view(placement: Placement, name: ViewName) -> ImagePlacement:
+    """The placement of the upper or the lower view."""
+    if isinstance(placement, ImagePlacement):
+        return placement
+    return placement.upper if name == "upper" else placement.lower
+
+
+def view_image(design: Design, name: ViewName, placement: Placement | None = None) -> ViewImage:
     """The image of the upper or lower view of a design, in a camera placed as given (as designed by default)."""
     camera = design.camera
     view = design.views.upper if name == "upper" else design.views.lower
-    placement = placement or centred(camera)
+    placement = placement_of_view(placement or centred(camera), name)
     low, high = (float(np.tan(np.radians(angle))) for angle in view.elevation_deg)
     return ViewImage(
         viewpoint_mm=view.viewpoint_mm,

@@ -2,7 +2,8 @@
 
 The folder: ``upper.png`` and ``lower.png`` (panoramas), ``disparity.png`` (for the eye), ``outcomes.png`` (why pixels
 were dropped, by colour), ``depth.png`` (16 bits), ``stereo.npz`` (the same as numbers), ``points.ply``,
-``floor_plan.png`` and ``summary.json``, written last: a folder without it was not finished.
+``floor_plan.png``, ``placement.toml`` (where the image lay) and ``summary.json``, written last: a folder without it was
+not finished.
 """
 
 from __future__ import annotations
@@ -29,13 +30,14 @@ from designer.imaging.images import Image, write_arrays, write_image
 from designer.imaging.stereo.cloud import FloorPlan, floor_plan, heights_at_every_distance
 from designer.imaging.stereo.matching import ACCURATE_OPTIONS, Matcher, Matches, MatchOutcome
 from designer.imaging.stereo.panorama import DEFAULT_COLUMNS, Sampling
-from designer.imaging.stereo.placement import ImagePlacement
+from designer.imaging.stereo.placement import Placement, ViewPlacements
+from designer.imaging.stereo.placement_file import write_placement
 from designer.imaging.stereo.ply import write_ply
 from designer.imaging.stereo.reconstruction import PointCloud, depth_shifts_per_scale
 from designer.imaging.stereo.rig import StereoRig, build_rig, match_image, panoramas, point_cloud
 from designer.notebook_html import html_table, percent
 
-SUMMARY = "summary.json"
+SUMMARY, PLACEMENT = "summary.json", "placement.toml"
 # Blue, green, red of each outcome in outcomes.png; kept pixels are white. Legible to the colour-blind.
 OUTCOME_COLOURS = {
     MatchOutcome.KEPT: (255, 255, 255),
@@ -53,7 +55,7 @@ OUTCOME_COLOURS = {
 class StereoRequest:
     """How one raw image is processed; see :func:`designer.imaging.stereo.rig.build_rig` and the matching options."""
 
-    placement: ImagePlacement | None = None
+    placement: Placement | None = None
     sampling: Sampling = "spherical"
     columns: int = DEFAULT_COLUMNS
     elevation_deg: tuple[float, float] | None = None
@@ -139,6 +141,8 @@ def write_results(result: StereoResult, request: StereoRequest, folder: Path, in
     write_image(folder / "depth.png", _depth_picture(result.matches, unit_mm))
     write_image(folder / "floor_plan.png", result.plan.picture())
     write_ply(folder / "points.ply", result.cloud)
+    images = result.rig.images
+    write_placement(folder / PLACEMENT, ViewPlacements(images["upper"].placement, images["lower"].placement))
     grid = result.rig.grid
     rows = np.arange(grid.rows)
     write_arrays(
@@ -213,6 +217,7 @@ def _summary(
                 name: {"file": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
                 for name, path in inputs.items()
             },
+            "placements": {view: asdict(image.placement) for view, image in result.rig.images.items()},
             "command": " ".join(["designer", *sys.argv[1:]]),
             "finished": datetime.now(UTC).isoformat(timespec="seconds"),
         },

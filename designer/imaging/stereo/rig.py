@@ -31,7 +31,7 @@ from designer.imaging.stereo.panorama import (
     scan_lines,
     view_images,
 )
-from designer.imaging.stereo.placement import ImagePlacement, ViewImage
+from designer.imaging.stereo.placement import Placement, ViewImage
 from designer.imaging.stereo.reconstruction import PointCloud, reconstruct
 
 # How far beyond the working volume, as a factor of distance, a match is still believed.
@@ -63,7 +63,7 @@ def build_rig(
     sampling: Sampling = "spherical",
     columns: int = DEFAULT_COLUMNS,
     elevation_deg: tuple[float, float] | None = None,
-    placement: ImagePlacement | None = None,
+    placement: Placement | None = None,
     distances_mm: tuple[float, float] | None = None,
     equalise: bool = False,
     sigma_px: float | None = None,
@@ -77,7 +77,7 @@ def build_rig(
     sampling, columns, elevation_deg
         The panoramas' grid: see :func:`designer.imaging.stereo.panorama.panorama_grid`.
     placement
-        How the real camera's image lies; as designed by default.
+        How the real camera's image lies, or that of each view; as designed by default.
     distances_mm
         Nearest and farthest distance to look for; the working volume's, with a tenth more at either end, by default.
     equalise
@@ -102,7 +102,9 @@ def build_rig(
     tables = {view: look_up(grid, images[view], view) for view in VIEW_NAMES}
     imaged = (tables["upper"].imaged, tables["lower"].imaged)
     if not (imaged[0].any() or imaged[1].any()):
-        raise InputError("neither view's image falls on the sensor: check --center, --scale and --elevation-deg")
+        raise InputError(
+            "neither view's image falls on the sensor: check --center (or --placement), --scale and --elevation-deg"
+        )
     equalisers = None
     if equalise:
         inner = design.views.inner
