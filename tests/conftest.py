@@ -4,6 +4,11 @@ import signal
 from typing import Any
 
 import pytest
+from hypothesis import settings
+
+# How long an example takes says nothing on a machine that does other work.
+settings.register_profile("unhurried", deadline=None)
+settings.load_profile("unhurried")
 
 # Their tests share nothing that takes long, and together take so long that one process alone would be the last.
 ONE_BY_ONE = (
