@@ -37,24 +37,31 @@ def task_checksum(connection: sqlite3.Connection, columns: Sequence[str], point:
 
 def damaged_tasks(connection: sqlite3.Connection, columns: Sequence[str]) -> list[TaskName]:
     """The tasks of which anything in the store is not as it was written; results without their task are among them."""
+    keys = [name for name in ("point", "chunk", "round") if name in columns]  # a store of 0.2.0 knows no rounds
     # Not by an index, which may be damaged where the table is not: hence the plus signs.
-    found = connection.execute(
-        f"SELECT {', '.join(columns)} FROM results NOT INDEXED ORDER BY +point, +chunk, +round, +configuration"
-    )
-    places = [columns.index(name) for name in ("point", "chunk", "round")]
+    order = ", ".join(f"+{name}" for name in (*keys, "configuration"))
+    found = connection.execute(f"SELECT {', '.join(columns)} FROM results NOT INDEXED ORDER BY {order}")
+    places = [columns.index(name) for name in keys]
     rows = {
-        (name[0], name[1], name[2]): sha256_of(list(group))
-        for name, group in groupby(found, key=lambda row: tuple(row[place] for place in places))
+        name: sha256_of(list(group))
+        for name, group in groupby(found, key=lambda row: _task_name([row[place] for place in places]))
     }
     nothing = sha256_of([])
     names: dict[TaskName, None] = dict.fromkeys(rows)
     whole: set[TaskName] = set()
-    for *task, checksum in connection.execute(f"SELECT {TASK_COLUMNS}, {CHECKSUM} FROM tasks NOT INDEXED"):
-        name = (task[0], task[1], task[2])
+    task_columns = ", ".join([*keys, "warm_starts", "seconds", CHECKSUM])
+    for *task, checksum in connection.execute(f"SELECT {task_columns} FROM tasks NOT INDEXED"):
+        name = _task_name(task[: len(keys)])
         names[name] = None
         if checksum == sha256_of((tuple(task), rows.get(name, nothing))):
             whole.add(name)
     return [name for name in names if name not in whole]
+
+
+def _task_name(keys: Sequence[object]) -> TaskName:
+    """A task's name from the keys that its store has."""
+    point, chunk, *number = keys
+    return point, chunk, number[0] if number else 0
 
 
 def plan_checksum(connection: sqlite3.Connection) -> str:

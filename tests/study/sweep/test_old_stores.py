@@ -1,5 +1,6 @@
-"""Stores of version 0.1: what it found is read; its designs and its unfinished sweeps are refused in a line."""
+"""Stores of earlier versions: results are read; designs and unfinished sweeps are refused in a line."""
 
+import hashlib
 import shutil
 import sqlite3
 
@@ -72,3 +73,42 @@ def test_a_sweep_that_version_0_1_began_is_not_gone_on_with(quick_sweep, finishe
     as_version_0_1_left_it(folder)
     with pytest.raises(InputError, match="different version of designer"):
         run_sweep(*read_sweep(quick_sweep), folder)
+
+
+def as_version_0_2_left_it(folder):
+    """Take the rounds out of a store, with the checksums that it had then."""
+    with sqlite3.connect(folder / FILE_NAME) as connection:
+        for table, key in (("results", "point, configuration"), ("tasks", "point, chunk")):
+            connection.execute(f"CREATE TABLE latest AS SELECT *, MAX(round) FROM {table} GROUP BY {key}")
+            connection.execute(f"DROP TABLE {table}")
+            connection.execute(f"ALTER TABLE latest RENAME TO {table}")
+            connection.execute(f'ALTER TABLE {table} DROP COLUMN "MAX(round)"')
+            connection.execute(f"ALTER TABLE {table} DROP COLUMN round")
+        tasks = connection.execute("SELECT point, chunk, warm_starts, seconds FROM tasks").fetchall()
+        for task in tasks:
+            rows = connection.execute(
+                "SELECT * FROM results WHERE point = ? AND chunk = ? ORDER BY configuration", task[:2]
+            ).fetchall()
+            connection.execute(
+                "UPDATE tasks SET sha256 = ? WHERE point = ? AND chunk = ?", (hashed((task, hashed(rows))), *task[:2])
+            )
+        about = connection.execute("SELECT key, value FROM about WHERE key <> 'sha256' ORDER BY key").fetchall()
+        points = connection.execute("SELECT point, parent, coordinates FROM points ORDER BY point").fetchall()
+        layout = connection.execute("SELECT type, name, sql FROM sqlite_master ORDER BY type, name").fetchall()
+        connection.execute("UPDATE about SET value = ? WHERE key = 'sha256'", (hashed((about, points, layout)),))
+
+
+def hashed(value):
+    return hashlib.sha256(ascii(value).encode("ascii")).hexdigest()
+
+
+def test_a_finished_sweep_without_rounds_is_verified_and_read(finished_folder, undisturbed, tmp_path):
+    folder = shutil.copytree(finished_folder, tmp_path / "out")
+    as_version_0_2_left_it(folder)
+    read = read_sweep_results(folder)
+    shared = [name for name in undisturbed.columns if name in read.columns]
+    pd.testing.assert_frame_equal(read[shared], undisturbed[shared], check_exact=True)
+    with sqlite3.connect(folder / FILE_NAME) as connection:
+        connection.execute("UPDATE results SET depth_error_rms = 2 * depth_error_rms WHERE point = 0")
+    with pytest.raises(InputError, match="damaged"):
+        read_sweep_results(folder)
