@@ -41,6 +41,10 @@ def order(source: Path, configuration: str | None, out: Path) -> None:
     click.echo(f"{out} written, {len(written.files)} files; see {out / 'README.md'}")
     for name, why in written.left_out.items():
         click.echo(f"left out: {name}: {why}")
+    if design.as_built is not None:
+        from designer.export.formats import WITHOUT_DEPARTURES
+
+        click.echo(WITHOUT_DEPARTURES)
     if written.problems:
         click.echo(f"rejected by the ray tracer: {'; '.join(written.problems)}", err=True)
         raise SystemExit(REJECTED)
