@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from designer.cli.imaging_options import design_argument
-from designer.files import InputError
+from designer.files import InputError, UnwritableError
 
 
 class _ListsFormats(click.Command):
@@ -39,6 +39,8 @@ def export(design: Path, name: str, out: Path) -> None:
     record = read_design(design)
     try:
         written = export_design(record, name, out)
+    except UnwritableError:
+        raise
     except InputError as error:
         raise InputError(f"{design}: {error}") from None
     for path in written:

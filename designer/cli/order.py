@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from designer.files import InputError
+from designer.files import InputError, UnwritableError
 
 if TYPE_CHECKING:
     from designer.design import Design
@@ -36,6 +36,8 @@ def order(source: Path, configuration: str | None, out: Path) -> None:
 
     try:
         written = write_order(design, out)
+    except UnwritableError:
+        raise
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     click.echo(f"{out} written, {len(written.files)} files; see {out / 'README.md'}")
