@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,8 +16,28 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 
+_IN_THE_WAY = frozenset({errno.EEXIST, errno.ENOTDIR})
+UNUSABLE = _IN_THE_WAY | {
+    errno.EACCES,
+    errno.EPERM,
+    errno.EROFS,
+    errno.EISDIR,
+    errno.ENOENT,
+    errno.EINVAL,
+    errno.ENAMETOOLONG,
+    errno.ELOOP,
+    errno.ENOTEMPTY,
+    errno.EBUSY,
+}
+"""What the system says of a path that was badly chosen; a full disk or a failing one is nobody's choice."""
+
+
 class InputError(Exception):
     """Something a person typed cannot be used. The message is one line that names file, key, value and remedy."""
+
+
+class UnwritableError(InputError):
+    """A place that a person chose for results cannot be written; the message is one line that names it."""
 
 
 def read_bytes(path: Path, largest_bytes: int, kind: str = "such file") -> bytes:
@@ -61,19 +83,60 @@ def check_folder(folder: Path) -> None:
         raise InputError(f"{folder}: is a file; --out needs a folder for the results")
 
 
-def write_atomically(path: Path, content: str | bytes) -> None:
-    """Write a file under a temporary name in the same folder, then rename it: a reader never sees half of it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    data = content.encode("utf-8") if isinstance(content, str) else content
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+@contextmanager
+def writing(target: Path) -> Iterator[None]:
+    """Name the target of what is written in here, in words, where it cannot be written.
+
+    Raises
+    ------
+    UnwritableError
+        The system refuses the path. Other errors, such as that of a full disk, pass through.
+    """
     try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-        Path(temporary).chmod(0o644)
-        Path(temporary).replace(path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+        yield
+    except OSError as error:
+        if error.errno not in UNUSABLE:
+            raise
+        raise UnwritableError(f"{target}: cannot be written: {in_words(error)}") from None
+
+
+def in_words(error: OSError) -> str:
+    """What the system says, without its number and without the name of a temporary file."""
+    return "a file is in the place of a folder" if error.errno in _IN_THE_WAY else error.strerror or str(error)
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder, and those above it, where they are absent.
+
+    Raises
+    ------
+    UnwritableError
+        It cannot be made, see :func:`writing`.
+    """
+    with writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+
+
+def write_atomically(path: Path, content: str | bytes) -> None:
+    """Write a file under a temporary name in the same folder, then rename it: a reader never sees half of it.
+
+    Raises
+    ------
+    UnwritableError
+        The file cannot be written there, see :func:`writing`.
+    """
+    data = content.encode("utf-8") if isinstance(content, str) else content
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(data)
+            Path(temporary).chmod(0o644)
+            Path(temporary).replace(path)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
 
 
 def as_json(value: object) -> JsonValue:

@@ -23,7 +23,7 @@ from designer.cli.study import report, study
 from designer.cli.sweep import sweep
 from designer.cli.tolerance import tolerance
 from designer.cli.view import view
-from designer.files import InputError
+from designer.files import UNUSABLE, InputError, in_words
 
 INPUT_ERROR, FAILURE, INTERRUPTED, TERMINATED = 2, 1, 130, 143
 
@@ -36,7 +36,7 @@ class OneLineErrors(click.Group):
     """A group whose commands end with one line on stderr, never with a traceback, when what was asked is at fault."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the command; 2 for input that cannot be used, 1 for a full disk or too little memory, 130 for Ctrl-C."""
+        """Run the command; 2 for input or a place that cannot be used, 1 for a full disk or memory, 130 for Ctrl-C."""
         try:
             return super().invoke(ctx)
         except InputError as error:
@@ -48,6 +48,8 @@ class OneLineErrors(click.Group):
         except BrokenPipeError:
             raise
         except OSError as error:
+            if error.errno in UNUSABLE and error.filename is not None:
+                _end(f"{error.filename}: cannot be used: {in_words(error)}", INPUT_ERROR)
             _end(str(error), FAILURE)
         except MemoryError:
             _end("out of memory", FAILURE)

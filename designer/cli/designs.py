@@ -88,6 +88,7 @@ def evaluate(design: Path, as_json: bool) -> None:
         return
     del summary["fabrication_notes"], summary["focus"]
     click.echo("\n".join(_outline(_plain(summary))))
+    click.echo("\n".join(["", _what_the_points_count(geometry)]))
     click.echo("\n".join(_what_the_scale_does(score.depth, geometry.scale_uncertainty)))
     click.echo("\n".join(_how_good_the_score_is(score.depth, measured)))
     if focus is not None:
@@ -115,6 +116,19 @@ def _echo_built(built: BuiltSensor | None) -> None:
         from designer.as_built.built import describe_built
 
         click.echo("\n".join(["", *describe_built(built)]))
+
+
+def _what_the_points_count(design: Design) -> str:
+    """What is in the deviations of the table of points, as in the score."""
+    scale = (
+        f"a scale known to {_percent(design.scale_uncertainty)}, added in squares"
+        if design.scale_uncertainty
+        else "no uncertainty of the scale, as the design gives none"
+    )
+    return (
+        f"depth errors and sigmas of points count {design.noise_px:.6g} px of noise in each image point, the same "
+        f"everywhere (noise_px), and {scale}"
+    )
 
 
 def _what_the_scale_does(depth: DepthScore, uncertainty: float) -> list[str]:

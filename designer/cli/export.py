@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from designer.cli.imaging_options import design_argument
-from designer.files import InputError
+from designer.files import InputError, UnwritableError
 
 
 class _ListsFormats(click.Command):
@@ -31,7 +31,7 @@ class _ListsFormats(click.Command):
 @click.option("-o", "--out", type=click.Path(path_type=Path), required=True, help="File or folder to write.")
 def export(design: Path, name: str, out: Path) -> None:
     """Write DESIGN.json in a format of another program, lengths in mm."""
-    from designer.export.formats import EXPORTS, check_target, export_design
+    from designer.export.formats import EXPORTS, WITHOUT_DEPARTURES, check_target, export_design
 
     check_target(name, out)
     from designer.design import read_design
@@ -39,10 +39,12 @@ def export(design: Path, name: str, out: Path) -> None:
     record = read_design(design)
     try:
         written = export_design(record, name, out)
+    except UnwritableError:
+        raise
     except InputError as error:
         raise InputError(f"{design}: {error}") from None
     for path in written:
         click.echo(f"{path} written")
     click.echo(f"not in this format: {EXPORTS[name].leaves_out}")
     if record.as_built is not None:
-        click.echo("the departures of the sensor as built (as_built) are in no format: this is the design without them")
+        click.echo(WITHOUT_DEPARTURES)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from designer.files import InputError
+from designer.files import InputError, UnwritableError
 
 if TYPE_CHECKING:
     from designer.design import Design
@@ -36,11 +36,17 @@ def order(source: Path, configuration: str | None, out: Path) -> None:
 
     try:
         written = write_order(design, out)
+    except UnwritableError:
+        raise
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     click.echo(f"{out} written, {len(written.files)} files; see {out / 'README.md'}")
     for name, why in written.left_out.items():
         click.echo(f"left out: {name}: {why}")
+    if design.as_built is not None:
+        from designer.export.formats import WITHOUT_DEPARTURES
+
+        click.echo(WITHOUT_DEPARTURES)
     if written.problems:
         click.echo(f"rejected by the ray tracer: {'; '.join(written.problems)}", err=True)
         raise SystemExit(REJECTED)

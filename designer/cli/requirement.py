@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from designer.files import InputError
+from designer.files import InputError, in_words
 
 
 @click.command()
@@ -38,5 +38,5 @@ def init(file: Path, requirement: Path | None) -> None:
     except FileExistsError:
         raise InputError(f"{file}: already exists; choose another name") from None
     except OSError as error:
-        raise InputError(f"{file}: cannot be written: {error.strerror or error}") from None
+        raise InputError(f"{file}: cannot be written: {in_words(error)}") from None
     click.echo(f"{file} written; next: designer {command} {shlex.quote(str(file))}")

@@ -46,6 +46,7 @@ def _page_of_design(path: Path) -> tuple[Path, str]:
     """The page that shows a design, and the fragment that selects it there."""
     from designer.design import read_design
     from designer.report.html.document import write_design_html
+    from designer.report.html.payload import DEPARTURES_LEFT_OUT
     from designer.study.manifest import files_of_others, read_manifest
     from designer.study.names import PAGE, design_name
 
@@ -56,7 +57,12 @@ def _page_of_design(path: Path) -> tuple[Path, str]:
     if is_of_study and name not in files_of_others(folder, read_manifest(folder) or {}):
         return folder / PAGE, f"#design={design.configuration}"
     page = Path(tempfile.mkdtemp(prefix="designer-")) / f"{path.stem}.html"
-    write_design_html(design, page)
+    try:
+        write_design_html(design, page)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    if design.as_built is not None:
+        click.echo(DEPARTURES_LEFT_OUT, err=True)
     return page, ""
 
 

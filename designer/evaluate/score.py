@@ -19,9 +19,7 @@ from designer.evaluate.depth import (
     depth_error_rms,
     depth_error_rms_second_order,
     depth_shift_per_scale_rms,
-    disparity_steps,
     noise_mm_of,
-    point_covariance,
     second_order,
     stereo_pair_of,
     volume_of,
@@ -32,13 +30,13 @@ from designer.evaluate.fabrication import MirrorShape, mirror_shape, overall_dia
 from designer.evaluate.fabrication_notes import fabrication_notes_on
 from designer.evaluate.focus import FocusScore, focus_score
 from designer.evaluate.limit import Arrangement, ImageBounds, depth_error_limit, limit_gains
+from designer.evaluate.points import PointScore, point_score
 from designer.evaluate.resolution import (
     angular_resolution_px_per_deg,
     azimuthal_resolution_px_per_deg,
     image_rims,
     image_zones,
     quantisation_error_rms,
-    smallest_object,
 )
 from designer.files import InputError, as_json
 from designer.optics.conversions import Shape
@@ -85,20 +83,6 @@ class Quantisation:
 
     brute_force_rms: float | None
     first_order_rms: float | None
-
-
-@dataclass(frozen=True, slots=True)
-class PointScore:
-    """Standard deviations, disparity steps and the smallest object at mid-elevation and one distance."""
-
-    distance_mm: float
-    sigma_distance_mm: float | None
-    sigma_height_mm: float | None
-    sigma_azimuth_deg: float | None
-    disparity_step_lower_mm: float | None
-    disparity_step_upper_mm: float | None
-    smallest_object_height_mm: float | None
-    smallest_object_width_mm: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,7 +166,7 @@ def evaluate_design(design: Design) -> Score:
             depth=_depth_score(design, pair, volume),
             focus=focus_score(design),
             quantisation=_quantisation(design, pair, volume),
-            points=tuple(_at_point(design, pair, volume, distance) for distance in design.working_volume.distance_mm),
+            points=tuple(point_score(design, distance) for distance in design.working_volume.distance_mm),
             resolution={name: _resolution(design, name) for name in VIEW_NAMES},
             zones_px={name: image_zones(design)[name] for name in VIEW_NAMES},
             rims_px={name: _finite_pair(image_rims(design)[name]) for name in VIEW_NAMES},
@@ -298,23 +282,6 @@ def limit_of_design(design: Design) -> float | None:
 def _quantisation(design: Design, pair: StereoPair, volume: Volume) -> Quantisation:
     first_order = float(depth_error_rms(pair, volume, ROUNDING_NOISE_PX * design.camera.pixel_pitch_mm))
     return Quantisation(_finite(quantisation_error_rms(design)), _finite(first_order))
-
-
-def _at_point(design: Design, pair: StereoPair, volume: Volume, distance: float) -> PointScore:
-    slope = math.tan((volume.elevations[0] + volume.elevations[1]) / 2.0)
-    deviations = np.sqrt(np.diagonal(point_covariance(pair, slope, distance, noise_mm_of(design))))
-    steps = disparity_steps(pair, slope, distance, design.camera.pixel_pitch_mm)
-    smallest = smallest_object(design, distance)
-    return PointScore(
-        distance_mm=distance,
-        sigma_distance_mm=_finite(deviations[0]),
-        sigma_height_mm=_finite(deviations[1]),
-        sigma_azimuth_deg=_finite(math.degrees(deviations[2])),
-        disparity_step_lower_mm=_finite(steps[0]),
-        disparity_step_upper_mm=_finite(steps[1]),
-        smallest_object_height_mm=_finite(smallest.height_mm),
-        smallest_object_width_mm=_finite(smallest.width_mm),
-    )
 
 
 def _resolution(design: Design, view_name: ViewName) -> tuple[AngularResolution, ...]:

@@ -20,6 +20,10 @@ from designer.export.zmx import zmx_files
 from designer.extras import require_extra
 from designer.files import InputError, write_atomically
 
+WITHOUT_DEPARTURES = (
+    "the departures of the sensor as built (as_built) are in no drawing and no format: this is the design without them"
+)
+"""What to say of the files of a design that has departures."""
 _FILE_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
 
 

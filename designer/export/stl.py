@@ -23,6 +23,8 @@ CHORD_ERROR_MM = 1e-3
 """Largest distance of the triangles from the solid that they stand for; they keep a tenth of it in reserve."""
 _ALONG_MM, _AROUND_MM = 0.4 * CHORD_ERROR_MM, 0.5 * CHORD_ERROR_MM
 _MOST_TRIANGLES = 4_000_000
+_ON_AXIS_MM = float(np.finfo(np.float32).tiny)
+"""The file's numbers have single precision, so what is nearer to the axis lies on it."""
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
@@ -100,7 +102,7 @@ def _radii(mirror: Mirror, most: float) -> NDArray[np.float64]:
 def _revolved(section: NDArray[np.float64], meridians: int) -> Mesh:
     """A closed section (k, 2) of radius and height, turned about the axis; points on the axis stay single."""
     angles = 2.0 * np.pi * np.arange(meridians) / meridians
-    on_axis = section[:, 0] == 0.0
+    on_axis = section[:, 0] < _ON_AXIS_MM
     # Corner number of each point of the section on each meridian.
     counts = np.where(on_axis, 1, meridians)
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])

@@ -60,28 +60,14 @@ def write_image(path: Path, image: Image | NDArray[np.uint16]) -> None:
         The file cannot be written there; so for the other writers here.
     """
     _, encoded = cv2.imencode(".png", image)
-    write_file(path, encoded.tobytes())
+    write_atomically(path, encoded.tobytes())
 
 
 def write_arrays(path: Path, arrays: Mapping[str, NDArray[np.generic]]) -> None:
     """Write named arrays as a compressed ``.npz`` file."""
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, **arrays)
-    write_file(path, buffer.getvalue())
-
-
-def write_file(path: Path, content: bytes) -> None:
-    """Write bytes whole or not at all.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written there.
-    """
-    try:
-        write_atomically(path, content)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+    write_atomically(path, buffer.getvalue())
 
 
 def _check_size(path: Path, size: tuple[int, int] | None, camera: Camera) -> None:

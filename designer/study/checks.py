@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from designer.design import Design
-from designer.files import write_atomically
+from designer.files import UnwritableError, write_atomically
 from designer.study.folder import remove_checks
 from designer.study.manifest import announce, settle
 from designer.study.names import UNCHECKED, check_folder, names_of_check
@@ -69,7 +69,7 @@ def check_designs(
             design, problem = designs[index], ""
             try:
                 verdict, seconds = future.result()
-            except OSError:
+            except (OSError, UnwritableError):
                 raise  # a full disk is no property of a design
             except Exception as error:
                 verdict, seconds = False, time.perf_counter() - started

@@ -5,6 +5,7 @@ import hashlib
 import io
 import json
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -12,12 +13,14 @@ from click.testing import CliRunner
 
 from designer import api
 from designer.cli import cli
+from designer.departures import AsBuilt, MirrorDeparture
 from designer.design import Design, write_design
 from designer.export.formats import EXPORTS, exported_files
 from designer.export.order import folder as order_folder
 from designer.export.order.words import parts_list, read_me
 from designer.extras import is_installed
 from support.studied_designs import SHARP_NAMES, sharp_design
+from support.wide_designs import LAWS, wide_design
 
 DESIGN = sharp_design(SHARP_NAMES[0])
 
@@ -154,6 +157,33 @@ def test_a_rejected_design_is_written_with_a_warning_and_ends_with_1(tmp_path: P
     assert result.exit_code == 1
     assert "rejected by the ray tracer: " in result.stderr
     assert "Do not order it as it is" in (tmp_path / "out" / "README.md").read_text()
+
+
+def test_an_order_points_to_the_budget_of_tolerances(written: Path) -> None:
+    readme = (written / "README.md").read_text()
+    assert "designer tolerance" in readme
+    assert "docs/tolerances.md" in readme
+
+
+def test_an_order_of_a_design_with_departures_says_that_they_are_left_out(written: Path, tmp_path: Path) -> None:
+    path = tmp_path / "built.json"
+    built = AsBuilt(mirrors={DESIGN.mirrors[0].name: MirrorDeparture(decentre_x_mm=0.05)})
+    write_design(DESIGN.model_copy(update={"as_built": built}), path)
+    result = run(path, "-o", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    assert "(as_built)" in result.stdout
+    assert "this is the design without them" in result.stdout
+    assert "this is the design without them" in (tmp_path / "out" / "README.md").read_text()
+    assert "as_built" not in (written / "README.md").read_text()
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_parts_list_tells_the_law_of_a_lens_to_the_last_digit(law: str) -> None:
+    camera = wide_design(law).camera
+    (lens,) = [row[0] for row in csv.reader(io.StringIO(parts_list(wide_design(law)))) if row[0].startswith("lens: ")]
+    assert f"projection: {camera.projection}, r = " in lens
+    digits = [float(found.replace("−", "-")) for found in re.findall(r"k\d = ([−\d.e]+)", lens)]
+    assert digits == list(camera.distortion)
 
 
 def test_words_of_a_file_stay_in_their_cells() -> None:

@@ -11,7 +11,8 @@ import pytest
 from click.testing import CliRunner, Result
 
 from designer.cli import cli
-from designer.design import read_design
+from designer.departures import AsBuilt, CameraDeparture
+from designer.design import Design, read_design, write_design
 from designer.study.folder import write_study
 from designer.study.row import Row
 from designer.study.study import Study
@@ -81,6 +82,31 @@ def test_a_design_alone_has_a_page_of_its_own(tmp_path: Path, opened: list[str])
     assert page.name == "mine.html"
     assert NAME in page.read_text(encoding="utf-8")
     assert list(tmp_path.iterdir()) == [copy]
+
+
+def test_departures_are_said_to_be_left_out(tmp_path: Path, opened: list[str]) -> None:
+    built = AsBuilt(camera=CameraDeparture(shift_x_mm=0.1))
+    for name, design in (("plain", read_design(DESIGN)), ("built", replace_built(built))):
+        write_design(design, tmp_path / f"{name}.json")
+        assert run("view", tmp_path / f"{name}.json").exit_code == 0
+    told = ["this is the design without them" in path_of(url).read_text(encoding="utf-8") for url in opened]
+    assert told == [False, True]
+    assert "this is the design without them" in run("view", tmp_path / "built.json").stderr
+
+
+def replace_built(built: AsBuilt) -> Design:
+    return read_design(DESIGN).model_copy(update={"as_built": built})
+
+
+def test_a_design_that_cannot_be_scored_is_named(tmp_path: Path, opened: list[str]) -> None:
+    design = read_design(DESIGN)
+    camera = design.camera.model_copy(update={"distortion": (-1000.0,)})
+    path = tmp_path / "bent.json"
+    write_design(design.model_copy(update={"camera": camera}), path)
+    result = run("view", path)
+    assert (result.exit_code, opened) == (2, [])
+    assert result.stderr.startswith(f"designer: {path}: ")
+    assert result.stderr.count("\n") == 1
 
 
 @pytest.mark.parametrize("answer", [False, webbrowser.Error("could not locate runnable browser")])

@@ -8,11 +8,19 @@ import numpy as np
 import pytest
 
 from designer.design import Design
-from designer.evaluate.depth import StereoPair, depth_error_rms, volume_of
+from designer.evaluate.depth import (
+    StereoPair,
+    depth_error_map,
+    depth_error_rms,
+    noise_mm_of,
+    slopes_of_point,
+    stereo_pair_of,
+    volume_of,
+)
 from designer.evaluate.limit import ImageBounds, arrangement_of, limit_gains
 from designer.evaluate.score import depth_score, evaluate_design, recorded_fabrication_notes
 from designer.files import InputError
-from designer.optics.view import elevation_tangents_of_views, image_radius
+from designer.optics.view import elevation_tangent, elevation_tangents_of_views, image_half_tangent, image_radius
 from designer.trace.bundles import pinhole_directions
 from designer.trace.first_hit import trace_first_hits
 from designer.trace.instrument import build_instrument
@@ -30,6 +38,38 @@ def test_summary_is_plain_json_with_what_was_asked(name: str, request):
     rounding = summary["quantisation"]
     assert rounding["brute_force_rms"] == pytest.approx(rounding["first_order_rms"], rel=0.01)
     assert [mirror["name"] for mirror in summary["mirrors"]] == ["direct", "primary", "secondary"]
+
+
+@pytest.mark.parametrize("name", ["published", "crossing"])
+def test_a_point_counts_noise_and_scale_as_the_score_does(name: str, request):
+    design: Design = request.getfixturevalue(name).model_copy(update={"scale_uncertainty": 0.002})
+    pair, (low, high) = stereo_pair_of(design), volume_of(design).elevations
+    middle = np.array((low + high) / 2.0)
+    for point in evaluate_design(design).points:
+        distance = np.array(point.distance_mm)
+        relative = [float(depth_error_map(pair, middle, distance, noise_mm_of(design), u)) for u in (0.002, 0.0)]
+        assert point.sigma_distance_mm == pytest.approx(relative[0] * point.distance_mm, rel=1e-12)
+        assert point.sigma_distance_mm_by_noise == pytest.approx(relative[1] * point.distance_mm, rel=1e-12)
+        # Distance and height of the point that a camera of another scale reads, from image radii and back.
+        epsilon, slope = 1e-6, float(np.tan(middle))
+        read = []
+        for tangent, gain, sense in zip(
+            slopes_of_point(slope, point.distance_mm, pair.baseline),
+            (pair.gain_lower, pair.gain_upper),
+            (pair.sense_lower, pair.sense_upper),
+            strict=True,
+        ):
+            radius = (1.0 + epsilon) * image_radius(tangent, gain, pair.principal_distance, sense)
+            read.append(elevation_tangent(image_half_tangent(radius, pair.principal_distance) / gain, sense))
+        far = pair.baseline / (read[0] - read[1])
+        shifts = far - point.distance_mm, far * (read[0] + read[1]) / 2.0 - point.distance_mm * slope
+        for shift, counted in zip(
+            shifts, (point.sigma_distance_mm_by_scale, point.sigma_height_mm_by_scale), strict=True
+        ):
+            assert counted == pytest.approx(0.002 * abs(shift) / epsilon, rel=1e-3)
+        assert point.sigma_height_mm == pytest.approx(
+            np.hypot(point.sigma_height_mm_by_noise, point.sigma_height_mm_by_scale), rel=1e-12
+        )
 
 
 @pytest.mark.parametrize("gap_px", [0.0, 40.0])

@@ -16,6 +16,7 @@ from designer.extras import is_installed
 from designer.files import InputError
 from support import DATA
 from support.studied_designs import NAMES, SHARP_NAMES, sharp_design, studied_design
+from support.wide_designs import LAWS, wide_design
 
 NEEDS_TYPST = pytest.mark.skipif(not is_installed("drawing"), reason="typst, which typesets sheets, is not installed")
 NANOMETRE = 1e-6
@@ -73,6 +74,22 @@ def test_the_printed_pages_rebuild_the_prescription_to_the_last_digit(name: str)
         (page,) = pypdf.PdfReader(io.BytesIO(pdf)).pages
         words[sheet] = " ".join(page.extract_text().split())
     assert_rebuilt(design, words)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_assembly_names_the_law_of_a_lens_to_the_last_digit(law: str) -> None:
+    design = wide_design(law)
+    words = printed_words(sheet_sources(design)["assembly"])
+    assert f"projection {design.camera.projection}, r = " in re.sub(r"\s+", " ", words)
+    coefficients = [number_of(found) for found in re.findall(rf"k\d = {NUMBER}", words)]
+    assert coefficients == list(design.camera.distortion)
+    perspective = printed_words(sheet_sources(studied_design(NAMES[0]))["assembly"])
+    assert "projection" not in perspective
+
+
+def test_the_sheets_point_to_the_budget_of_tolerances() -> None:
+    for source in sheet_sources(studied_design(NAMES[0])).values():
+        assert "run designer tolerance for what each departure costs" in printed_words(source)
 
 
 @NEEDS_TYPST

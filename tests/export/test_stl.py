@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 from designer.design import Mirror
+from designer.export import stl
 from designer.export.stl import CHORD_ERROR_MM, mirror_mesh, stl_solids
 from designer.files import InputError
 from designer.trace.instrument import sag
@@ -80,3 +81,12 @@ def test_what_is_no_solid_is_refused() -> None:
         mirror_mesh(mirror.model_copy(update={"thickness_mm": 0.0}))
     with pytest.raises(InputError, match="too large or too steep"):
         mirror_mesh(mirror.model_copy(update={"outer_radius_mm": 1e5, "conic": -2.0, "radius_mm": 1e5}))
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_hole_of_a_denormal_radius_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A library may have set the processor to take denormal numbers for zero: then the hole passes for none."""
+    whole, holed = (SOME[-1].model_copy(update={"inner_radius_mm": radius}) for radius in (0.0, 5e-324))
+    monkeypatch.setattr(stl, "check_solid", lambda mirror: None)
+    contents = [stl_solids(ALL[0].model_copy(update={"mirrors": (mirror,)})) for mirror in (whole, holed)]
+    assert contents[0] == contents[1]

@@ -23,6 +23,7 @@ from designer.evaluate.depth import (
     stereo_pair_of,
     volume_of,
 )
+from designer.evaluate.score import evaluate_design
 from designer.optics.focus import (
     chief_ray,
     lens_of_camera,
@@ -158,6 +159,36 @@ def test_blur_and_depth_error_equal_pythons(shown) -> None:
                 ray = chief_ray(light_path_of_design(design, name), slope)
                 blur = lens.blur(reciprocal_image_depth(ray, reciprocal_along_ray(slope, distance))) / pitch
                 assert at["views"][name]["blurPx"] == pytest.approx(abs(blur), rel=1e-8, abs=1e-8)
+
+
+def test_the_page_and_evaluate_agree_on_the_error_at_a_point_and_say_what_they_count(shown) -> None:
+    """The table of ``designer evaluate`` and the live ray, of designs whose noise is the same everywhere."""
+    for given, _, _ in shown:
+        design = given.model_copy(update={"scale_uncertainty": 0.001})
+        payload: Any = payload_of_design(design)["designs"][design.configuration]
+        scores = evaluate_design(design).points
+        middle = float(np.radians(np.mean(design.working_volume.elevation_deg)))
+        found = run_node([payload], [[(middle, score.distance_mm) for score in scores]])[0]
+        for score, at in zip(scores, found, strict=True):
+            assert score.sigma_distance_mm == pytest.approx(at["depthError"] * score.distance_mm, rel=1e-9)
+
+
+def test_the_page_says_what_it_counts() -> None:
+    design, asked = predicted_cases()[0]
+    design = design.model_copy(update={"scale_uncertainty": 0.001})
+    program = f"""import {{ countedInWords }} from "{SCRIPTS}/readings.mjs"; import {{ readFileSync }} from "node:fs";
+    console.log(JSON.stringify(JSON.parse(readFileSync(0, "utf8")).map(countedInWords)));"""
+    payloads = [described(design, asked), described(design, None)]
+    ended = subprocess.run(
+        [str(NODE), "--input-type=module", "-e", program],
+        input=json.dumps(payloads),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    predicted, constant = json.loads(ended.stdout)
+    assert "the noise predicted at this point" in predicted
+    assert "px of noise in each view, the same everywhere, and a scale of the image known to 0.1 %" in constant
 
 
 def test_another_law_of_the_lens_has_no_image_point() -> None:

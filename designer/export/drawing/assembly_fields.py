@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from designer.design import Design
 from designer.evaluate.fabrication import size_of
-from designer.export.drawing.fields import OPEN, Groups, exactly
+from designer.export.drawing.fields import OPEN, Groups, exactly, lens_law
 from designer.files import shortened
 from designer.typesetting.markup import cell, number
 
@@ -63,6 +63,7 @@ def _camera(design: Design) -> list[tuple[str, str]]:
         ),
         ("sensor", f"{camera.width_px} × {camera.height_px} px of {1000.0 * camera.pixel_pitch_mm:g} µm"),
         ("principal distance", f"{exactly(camera.focal_length_mm)} mm"),
+        *lens_law(camera),
         ("focus, f-number", f"{focus} from the pinhole, f/{number(camera.f_number, 2)}"),
     ]
 
@@ -79,5 +80,5 @@ def _notes(design: Design) -> list[tuple[str, str]]:
             "positive, the radius of the latter has the other sign",
         ),
         ("what holds them", f"{OPEN}: not part of the design"),
-        ("tolerances", f"of position and tilt {OPEN}: no as-built budget of this design exists yet"),
+        ("tolerances", f"of position and tilt {OPEN}: run designer tolerance for what each departure costs"),
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from designer.design import Camera, Projection
 from designer.typesetting.markup import cell, literal
 
 Groups = list[tuple[str, list[tuple[str, str]]]]
@@ -13,6 +14,25 @@ OPEN = "to be agreed"
 def exactly(value: float) -> str:
     """A number with all its digits, with a true minus sign: reading it gives the same number again."""
     return repr(float(value)).replace("-", "−")
+
+
+_LAWS: dict[Projection, tuple[str, str]] = {
+    "perspective": ("r = f tan ψ", "r = f x (1 + k1 x² + k2 x⁴ + …), x = tan ψ"),
+    "equidistant": ("r = f ψ", "r = f ψ (1 + k1 ψ² + k2 ψ⁴ + …), ψ in radians"),
+    "equisolid": ("r = 2 f sin(ψ/2)", ""),
+    "stereographic": ("r = 2 f tan(ψ/2)", ""),
+}
+
+
+def lens_law(camera: Camera) -> list[tuple[str, str]]:
+    """Projection and distortion of a lens as names and words, with all digits; none for r = f tan(psi)."""
+    if camera.projection == "perspective" and not any(camera.distortion):
+        return []
+    law, distorted = _LAWS[camera.projection]
+    if not any(camera.distortion):
+        return [("projection", f"{camera.projection}, {law}; f: principal distance")]
+    named = ", ".join(f"k{place} = {exactly(value)}" for place, value in enumerate(camera.distortion, 1))
+    return [("projection", f"{camera.projection}, {distorted}; f: principal distance"), ("distortion", named)]
 
 
 def fields(groups: Groups) -> str:

@@ -22,7 +22,7 @@ def mirror_groups(design: Design, name: str) -> Groups:
     mirror, face = design.mirror(name), face_dimensions(design, name)
     return [
         ("Reflecting face, in the style of ISO 10110", _surface(design, mirror, face)),
-        ("Tolerances (no as-built budget of this design exists yet, so none is invented)", _tolerances()),
+        (f"Tolerances, {OPEN}: run designer tolerance for what each departure costs", _tolerances()),
         ("Blank", _blank(design, mirror)),
         ("In full, in mm, for programs; the drawing is rounded", _in_full(mirror)),
     ]

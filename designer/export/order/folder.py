@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from designer.files import InputError, read_text
+from designer.files import InputError, read_text, writing
 
 LIST = "order.json"
 """The names of an order's files with their SHA-256: by it an order is known, and known to be unchanged."""
@@ -26,6 +26,8 @@ def check_order_folder(folder: Path) -> None:
     """
     if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
         raise InputError(f"{folder}: is no folder; an order needs one of its own")
+    if folder.resolve() == folder.resolve().parent:
+        raise InputError(f"{folder}: is the root of all folders; an order needs one of its own")
     if not folder.is_dir():
         return
     listed = _listed(folder / LIST)
@@ -46,12 +48,16 @@ def write_order_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
     Raises
     ------
     InputError
-        The folder holds something else, see :func:`check_order_folder`.
+        The folder holds something else, see :func:`check_order_folder`, or cannot be written.
     """
     contents = {name: text.encode("utf-8") if isinstance(text, str) else text for name, text in files.items()}
     sums = {name: hashlib.sha256(content).hexdigest() for name, content in sorted(contents.items())}
     contents[LIST] = (json.dumps({"order": 1, "files": sums}, indent=2) + "\n").encode("utf-8")
-    folder = folder.absolute()
+    with writing(folder):
+        _replace(folder.absolute(), contents)
+
+
+def _replace(folder: Path, contents: Mapping[str, bytes]) -> None:
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.") as beside:
         new, old = Path(beside) / "new", Path(beside) / "old"
@@ -82,4 +88,4 @@ def _listed(path: Path) -> dict[str, object]:
 
 
 def _is_own(path: Path, name: str, listed: Mapping[str, object]) -> bool:
-    return not path.is_symlink() and listed.get(name) == hashlib.sha256(path.read_bytes()).hexdigest()
+    return name in listed and not path.is_symlink() and listed[name] == hashlib.sha256(path.read_bytes()).hexdigest()

@@ -11,13 +11,14 @@ from designer.design import Design
 from designer.evaluate.coatings import ALUMINIUM_6061, COATINGS
 from designer.evaluate.fabrication import mirror_shape
 from designer.evaluate.fabrication_notes import fabrication_notes_on
+from designer.export.drawing.fields import lens_law
 from designer.export.drawing.sheets import ASSEMBLY, design_digest
-from designer.export.formats import EXPORTS
+from designer.export.formats import EXPORTS, WITHOUT_DEPARTURES
 
 _OPEN = (
-    "Tolerances of surface form, roughness, imperfections, centring and dimensions: no as-built budget of this design "
-    "exists yet. Agree them with the workshop before ordering.",
-    "Tolerances of each mirror's place and tilt.",
+    "Tolerances of surface form, roughness, imperfections, centring and dimensions, to be agreed with the workshop "
+    "before ordering: run `designer tolerance` for what each departure costs (docs/tolerances.md of the designer).",
+    "Tolerances of each mirror's place and tilt: from the same budget.",
     "What holds the mirrors: seats, screws, tube or struts. The solids are faces with their backs, and nothing else.",
     "Edges: chamfers outside the clear aperture.",
 )
@@ -34,11 +35,18 @@ def parts_list(design: Design) -> str:
         drawing = f"drawing/{mirror.name}{EXPORTS['drawing'].suffix}"
         rows.writerow([f"{mirror.name} mirror", 1, material, COATINGS[0].name, f"{mass:.2f}", drawing])
     named = design.camera.model_extra or {}
-    for kind, key in (("camera", "name"), ("lens", "lens")):
-        if key in named:
-            rows.writerow([f"{kind}: {' '.join(str(named[key]).split())}", 1, "", "", "", ""])
+    if "name" in named:
+        rows.writerow([f"camera: {_in_one_line(named['name'])}", 1, "", "", "", ""])
+    law = [f"{key}: {words}" for key, words in lens_law(design.camera)]
+    if law or "lens" in named:
+        lens = "; ".join([_in_one_line(named.get("lens", "not named")), *law])
+        rows.writerow([f"lens: {lens}", 1, "", "", "", ""])
     rows.writerow([ASSEMBLY, 1, "", "", "", f"drawing/{ASSEMBLY}{EXPORTS['drawing'].suffix}"])
     return table.getvalue()
+
+
+def _in_one_line(text: object) -> str:
+    return " ".join(str(text).split())
 
 
 def read_me(design: Design, formats: Sequence[str], left_out: Mapping[str, str], problems: Sequence[str]) -> str:
@@ -52,6 +60,7 @@ def read_me(design: Design, formats: Sequence[str], left_out: Mapping[str, str],
         + ", ".join(f"{mirror.name} mirror" for mirror in design.mirrors)
         + f". Written by catadioptric-designer {__version__} from a design with the SHA-256 {design_digest(design)}. "
         "All lengths in mm, heights above the pinhole (the centre of the lens's entrance pupil).",
+        *([] if design.as_built is None else [f"**{WITHOUT_DEPARTURES[0].upper()}{WITHOUT_DEPARTURES[1:]}.**"]),
         *_verdict(problems),
         "## What is in this folder",
         _bullets(

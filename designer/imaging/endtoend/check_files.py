@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from designer.design import Design
-from designer.files import write_atomically
+from designer.files import make_folder, write_atomically
 from designer.imaging.endtoend.check import CheckWithControl
 from designer.imaging.endtoend.description import CheckSummary, summarise_check
 from designer.imaging.images import write_arrays, write_image
@@ -35,7 +35,7 @@ class CheckFile(CheckSummary):
 def write_check(checks: CheckWithControl, folder: Path) -> None:
     """Write the folder of a check through a lens; of the one through a pinhole only how many points it found counts."""
     check = checks.lens
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     (folder / VERDICT).unlink(missing_ok=True)
     write_image(folder / "raw.png", check.raw)
     write_image(folder / "upper.png", check.upper)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from designer.imaging.images import write_file
+from designer.files import write_atomically
 from designer.imaging.stereo.reconstruction import PointCloud
 
 
@@ -42,4 +42,4 @@ def write_ply(path: Path, cloud: PointCloud) -> None:
         *properties,
         "end_header",
     ]
-    write_file(path, "\n".join(header).encode("ascii") + b"\n" + vertex.tobytes())
+    write_atomically(path, "\n".join(header).encode("ascii") + b"\n" + vertex.tobytes())

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from designer import __version__
 from designer.design import Design
-from designer.files import write_atomically
+from designer.files import make_folder, write_atomically
 from designer.imaging.images import Image, write_arrays, write_image
 from designer.imaging.stereo.cloud import FloorPlan, floor_plan, heights_at_every_distance
 from designer.imaging.stereo.matching import ACCURATE_OPTIONS, Matcher, Matches, MatchOutcome
@@ -130,7 +130,7 @@ def process(rig: StereoRig, raw: Image, request: StereoRequest) -> StereoResult:
 
 def write_results(result: StereoResult, request: StereoRequest, folder: Path, inputs: Mapping[str, Path]) -> None:
     """Write the folder of results. ``inputs`` are the files that it was made from."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     # An earlier run's must not vouch for what this one leaves if it is interrupted.
     (folder / SUMMARY).unlink(missing_ok=True)
     unit_mm = _depth_unit_mm(result.rig.search.distances_mm[1])

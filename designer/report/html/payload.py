@@ -87,6 +87,9 @@ def payload_of_study(study: Study) -> dict[str, JsonValue]:
     }
 
 
+DEPARTURES_LEFT_OUT = "The departures of the sensor as built (as_built) are not shown: this is the design without them."
+
+
 def payload_of_design(design: Design) -> dict[str, JsonValue]:
     """A single design as JSON, in the form of a study with one row.
 
@@ -122,7 +125,7 @@ def payload_of_design(design: Design) -> dict[str, JsonValue]:
     return {
         "version": __version__,
         "title": design.configuration,
-        "description": "A single design, without a study.",
+        "description": "A single design, without a study." + (f" {DEPARTURES_LEFT_OUT}" if design.as_built else ""),
         "facts": [],
         "envelope": {"height_mm": None, "diameter_mm": None},
         "columns": _columns(),

@@ -19,6 +19,18 @@ function orderInWords(error) {
   return `; first order, to second order ${fixed(100 * secondOrder(error), 3)} %`;
 }
 
+/** What the depth error at a point counts. */
+export function countedInWords(design) {
+  const noise = design.noise_table
+    ? "the noise predicted at this point in each view (designer evaluate counts the same noise everywhere, " +
+      `${significant(design.noise_px)} px)`
+    : `${significant(design.noise_px)} px of noise in each view, the same everywhere`;
+  const scale = design.scale_uncertainty
+    ? `a scale of the image known to ${significant(100 * design.scale_uncertainty)} %, added in squares`
+    : "no uncertainty of the scale";
+  return `It counts ${noise}, and ${scale}.`;
+}
+
 /** A table of what both views record of the scene point. */
 export function readings(design, at, found) {
   const rows = [
@@ -48,7 +60,7 @@ export function readings(design, at, found) {
           { class: "reading" },
           "Depth error here: ",
           element("strong", {}, `${fixed(100 * found.depthError, 3)} %`),
-          ` = ${significant(found.depthError * at.distance)} mm (one standard deviation)${orderInWords(found.depthError)}`,
+          ` = ${significant(found.depthError * at.distance)} mm (one standard deviation)${orderInWords(found.depthError)}. ${countedInWords(design)}`,
         );
   return [
     depth,
