@@ -64,7 +64,7 @@ class ToleranceStudy:
                 f"{impact.epipolar_px_after:.3f}",
                 percent(impact.depth_bias),
                 percent(impact.depth_bias_after),
-                "any" if impact.is_harmless else "unknown" if impact.allowed is None else f"{impact.allowed:.3g}",
+                impact.allowed_in_words(),
             )
             for impact in self.impacts
         ]
@@ -179,6 +179,8 @@ def trials_csv(study: ToleranceStudy) -> str:
         "viewpoint_spread_mm": before.viewpoint_spread_mm,
         "blur_px": before.blur_px,
     }
+    if study.model.sharp is not None:
+        columns["blur_of_limit"] = trials.measured.blur_of_limit
     table = np.column_stack([*columns.values(), trials.measured.values])
     names = [f"{parameter.part}.{parameter.key}" for parameter in study.model.parameters]
     rows = [[str(number), *map(_cell, row)] for number, row in enumerate(table.tolist())]
@@ -244,11 +246,13 @@ def _csv(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return stream.getvalue()
 
 
-def _cell(value: float | bool | None) -> str:
+def _cell(value: float | bool | str | None) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
+    if isinstance(value, str):
+        return value
     return "" if value is None or not np.isfinite(value) else f"{value:.10g}"
 
 
-def _plain(value: float | None) -> float | None:
-    return value if value is not None and np.isfinite(value) else None
+def _plain(value: float | str | None) -> float | str | None:
+    return value if value is not None and (isinstance(value, str) or np.isfinite(value)) else None

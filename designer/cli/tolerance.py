@@ -84,11 +84,15 @@ def tolerance(
 
 def describe(study: ToleranceStudy) -> list[str]:
     """The table of departures, and the yield in words."""
+    from designer.as_built.sharpness import describe_limit
     from designer.as_built.study import percentiles
     from designer.cli.table import format_table
 
     result, trials = study.trials.result, study.trials
     growth = 100.0 * result.growth
+    asked = study.model.design.sharpness
+    blur = "" if asked is None or result.blurred is None else describe_limit(asked)
+    good = f"depth error at most {growth:g} % larger" + (f", blur at most {blur}" if blur else "")
     table = format_table(HEADER, [_row(impact) for impact in study.impacts], HEADER[1:])
     _, middle_before, worst_before = (_percent(value) for value in percentiles(trials.depth_error_before))
     _, middle, worst = (_percent(value) for value in percentiles(trials.depth_error_after))
@@ -102,14 +106,19 @@ def describe(study: ToleranceStudy) -> list[str]:
         table,
         f"calibrated: {aligned}{CALIBRATED[study.model.calibration]};",
         "viewpoint: root mean square distance of a view's rays from the point that they pass nearest to;",
-        f"allowed: the departure at which it alone lets the calibrated depth error grow by {growth:g} %",
+        f"allowed: the departure at which it alone lets the calibrated depth error grow by {growth:g} %"
+        + (f", or blurs by more than {blur} somewhere (blur)" if blur else ""),
         "",
         f"All at once, {result.trials} sensors traced, seed {study.seed}:",
         f"  depth error, median and 95th percentile: {middle_before} and {worst_before} uncalibrated, "
         f"{middle} and {worst} calibrated",
         f"  distance between the image centres of the two views, likewise: {apart[1]:.3g} and {apart[2]:.3g} px",
-        f"  yield (depth error at most {growth:g} % larger): {100.0 * result.value:.1f} %, "
-        f"95 % interval {low:.1f} to {high:.1f} %; first order says {100.0 * result.first_order:.1f} %",
+        f"  yield ({good}): {100.0 * result.value:.1f} %, "
+        f"95 % interval {low:.1f} to {high:.1f} %; first order says {100.0 * result.first_order:.1f} %"
+        + (", with the blur as traced" if blur else ""),
+        f"  {result.blurred} of them blur by more than {blur} somewhere"
+        if blur
+        else "  blur is not judged: the design has no limits of it",
     ]
     if not result.first_order_holds:
         lines.append("  first order fails here: the two differ by more than 3 percentage points")
@@ -130,7 +139,7 @@ def _row(impact: Impact) -> tuple[str, ...]:
         _number(100.0 * impact.growth_after, 1),
         _number(impact.viewpoint_spread_mm, 4),
         f"{impact.blur_change_px:+.2f}",
-        "any" if impact.is_harmless else "unknown" if impact.allowed is None else f"{impact.allowed:.3g}{unit}",
+        impact.allowed_in_words(unit),
     )
 
 

@@ -96,7 +96,13 @@ def test_what_is_allowed_grows_the_depth_error_by_what_was_asked(name):
             continue
         values = np.zeros((2, len(tolerances)))
         values[:, place] = impact.allowed, -impact.allowed
-        grown = depth_error(model, measure(model, values).after.depth_bias).max() / model.noise
+        found = measure(model, values)
+        if impact.allowed_by == "blur":
+            assert found.blur_of_limit.max() == pytest.approx(1.0, abs=1e-4)
+            assert depth_error(model, found.after.depth_bias).max() < 1.1 * model.noise
+            continue
+        assert found.blur_of_limit.max() <= 1.0
+        grown = depth_error(model, found.after.depth_bias).max() / model.noise
         assert grown == pytest.approx(1.1, abs=1e-4)
         first_order = model.noise * np.sqrt(1.1**2 - 1.0) / impact.bias_per_unit_after
         assert impact.allowed == pytest.approx(first_order, rel=0.1)
@@ -194,7 +200,10 @@ def test_the_command_and_the_api_write_the_same_tables(tmp_path):
     assert summary["provenance"]["seed"] == 4
     first = study.impacts[0]
     assert f"{first.parameter.name} " in result.stdout
-    assert f"yield (depth error at most 10 % larger): {100 * study.trials.result.value:.1f} %" in result.stdout
+    assert (
+        f"yield (depth error at most 10 % larger, blur at most 0.5 deg): {100 * study.trials.result.value:.1f} %"
+        in result.stdout
+    )
     assert "tolerance.json written" in result.stdout
 
 
