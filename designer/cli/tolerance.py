@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from designer.as_built.sensitivity import Impact
     from designer.as_built.study import ToleranceStudy
 
+REJECTED = 1
 HEADER = (
     "departure",
     "tolerance",
@@ -63,23 +64,32 @@ def tolerance(
     numbers: tuple[int, ...],
     out: Path,
 ) -> None:
-    """Say what each departure of a sensor built to DESIGN.json does, and how many sensors turn out good."""
+    """Say what each departure of a sensor built to DESIGN.json does, and how many sensors turn out good.
+
+    Exit code 1 if the ray tracer rejects the design itself: the first line says why.
+    """
     from designer.design import read_design
 
     if tolerances is not None and grade is not None:
         raise InputError("--tolerances and --grade: give one; a file has a key grade of its own")
     record = read_design(design)
+    from designer.as_built.folder import check_tolerance_folder
     from designer.as_built.study import study_tolerances, write_study
     from designer.as_built.tolerances import read_tolerances, tolerances_of_grade
 
+    check_tolerance_folder(out)
     asked = read_tolerances(tolerances, record) if tolerances is not None else tolerances_of_grade(grade or "standard")
     try:
         study = study_tolerances(record, asked, trials, seed, align, calibration)
     except InputError as error:
         raise InputError(f"{design}: {error}") from None
     files = write_study(study, out, numbers)
+    if study.problems:
+        click.echo(f"rejected by the ray tracer: {'; '.join(study.problems)}", err=True)
     click.echo("\n".join(describe(study)))
     click.echo("\n".join(f"{path} written" for path in files))
+    if study.problems:
+        raise SystemExit(REJECTED)
 
 
 def describe(study: ToleranceStudy) -> list[str]:
