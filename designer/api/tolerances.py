@@ -18,7 +18,7 @@ def built_sensor(design: Design) -> BuiltSensor | None:
     Raises
     ------
     InputError
-        A view does not show the whole working volume.
+        A view of the design itself does not show the whole working volume.
     """
     from designer.as_built.built import built_sensor as measure
 

@@ -96,6 +96,7 @@ def describe(study: ToleranceStudy) -> list[str]:
     """The table of departures, and the yield in words."""
     from designer.as_built.sharpness import describe_limit
     from designer.as_built.study import percentiles
+    from designer.as_built.words import noise_in_words
     from designer.cli.table import format_table
 
     result, trials = study.trials.result, study.trials
@@ -110,7 +111,8 @@ def describe(study: ToleranceStudy) -> list[str]:
     low, high = (100.0 * end for end in result.interval)
     aligned = "" if study.align is None else f"{study.align} mirror moved along the axis for the best, "
     lines = [
-        f"{study.model.design.configuration}: depth error {100.0 * study.model.noise:.4g} % as designed",
+        f"{study.model.design.configuration}: depth error {100.0 * study.model.noise:.4g} % as designed "
+        f"({noise_in_words(study.model.design)})",
         "",
         "Each departure alone at its tolerance, the worse of both signs, by growth of the depth error once calibrated:",
         table,
