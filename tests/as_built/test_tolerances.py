@@ -52,6 +52,7 @@ def test_a_file_overrules_its_grade_and_one_mirror_overrules_all(tmp_path):
         ("[mirrors]\ntilt_deg = -0.1", "greater than or equal to 0"),
         ("depth_error_growth_percent = 0", "greater than 0"),
         ("[mirror.lower]\ntilt_deg = 0.1", "mirror.lower: must be a mirror of the design: primary, secondary, direct"),
+        ("[mirror.secondary]\nplane_curvature_per_m = 0.1", "plane_curvature_per_m = 0.1: secondary is no plane"),
         ("[camera", "not valid TOML"),
     ],
 )
@@ -62,6 +63,12 @@ def test_bad_files_are_refused_in_one_line(tmp_path, text, said):
     assert str(refused.value).startswith(f"{path}: ")
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_a_radius_of_a_plane_is_refused(tmp_path):
+    path = own(tmp_path, "[mirror.secondary]\nconic = 0.1\n")
+    with pytest.raises(InputError, match=r"mirror\.secondary\.conic = 0\.1: secondary is a plane"):
+        read_tolerances(path, read_design(DATA / "folded_hypl_hy.json"))
 
 
 def test_draws_are_cut_off_gaussians_and_do_not_depend_on_how_many_follow():
