@@ -154,6 +154,13 @@ def read_tolerances(path: Path, design: Design) -> Tolerances:
         raise InputError(f"{path}: not valid TOML: a number or date is out of range") from None
 
 
+def finer_grade(grade: Grade) -> Grade | None:
+    """The next finer grade; None if there is none."""
+    grades = list(GRADES)
+    place = grades.index(grade) + 1
+    return grades[place] if place < len(grades) else None
+
+
 def tolerances_of_grade(grade: str) -> Tolerances:
     """The tolerances of a grade.
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from designer.as_built.study import ToleranceStudy
 
 REJECTED = 1
+# Below this yield a user is told what may help.
+FEW = 0.1
 HEADER = (
     "departure",
     "tolerance",
@@ -134,9 +136,26 @@ def describe(study: ToleranceStudy) -> list[str]:
     ]
     if not result.first_order_holds:
         lines.append("  first order fails here: the two differ by more than 3 percentage points")
+    if result.value < FEW:
+        lines.append(f"  few are good: {_what_helps(study)}")
     if result.blind:
         lines.append(f"  {result.blind} of them do not show all of the working volume")
     return [*lines, ""]
+
+
+def _what_helps(study: ToleranceStudy) -> str:
+    from designer.as_built.tolerances import finer_grade, tolerances_of_grade
+
+    tolerances, finer, found = study.tolerances, finer_grade(study.tolerances.grade), []
+    if finer is not None:
+        is_grade = tolerances == tolerances_of_grade(tolerances.grade)
+        found.append(f"--grade {finer}" if is_grade else f'grade = "{finer}" or tighter tolerances of your own')
+    else:
+        found.append("tighter tolerances of the parts at the top of the table (--tolerances)")
+    if study.align is None:
+        names = " or ".join(mirror.name for mirror in study.model.design.mirrors)
+        found.append(f"--align {names}, if assembly can move that mirror along the axis")
+    return f"try {', and '.join(found)}"
 
 
 def _row(impact: Impact) -> tuple[str, ...]:

@@ -8,7 +8,10 @@ import pytest
 from click.testing import CliRunner
 
 from designer import api
+from designer.as_built.study import study_tolerances
+from designer.as_built.tolerances import CameraTolerances, MirrorTolerances, Tolerances, tolerances_of_grade
 from designer.cli import cli
+from designer.cli.tolerance import describe
 from designer.design import Design, Sharpness, write_design
 from designer.files import InputError
 from designer.verify.judge import judge
@@ -93,3 +96,47 @@ def test_a_run_that_broke_off_is_replaced(tmp_path):
     (out / "trials.csv").write_text("half", encoding="utf-8")
     assert run(tmp_path, sharp_design(SHARP_NAMES[13])).exit_code == 0
     assert (out / "trials.csv").read_text(encoding="utf-8").startswith("trial,")
+
+
+def tight(**others):
+    """Tolerances of zero but for those given of the mirrors."""
+    mirrors = dict.fromkeys(MirrorTolerances.model_fields, 0.0) | others
+    return Tolerances(
+        mirrors=MirrorTolerances.model_validate(mirrors),
+        camera=CameraTolerances.model_validate(dict.fromkeys(CameraTolerances.model_fields, 0.0)),
+    )
+
+
+def test_what_has_no_tolerance_may_depart_by_anything_only_if_it_does_nothing():
+    """A plane's shift within itself and the scale of the image do nothing; a tilt does, whatever its tolerance."""
+    design = sharp_design(SHARP_NAMES[1]).model_copy(update={"sharpness": None})
+    impacts = {i.parameter.name: i for i in study_tolerances(design, tight(), 10).impacts}
+    for name in ("secondary decentre x", "secondary decentre y", "camera principal distance departure"):
+        assert impacts[name].allowed_in_words() == "any"
+    usual = study_tolerances(design, tolerances_of_grade("standard"), 10).impacts
+    tilt = next(i for i in usual if i.parameter.name == "direct tilt x")
+    assert impacts["direct tilt x"].allowed == pytest.approx(tilt.allowed, rel=1e-6)
+
+
+@pytest.mark.parametrize("uncertainty", [0.0, 2e-4])
+def test_the_depth_error_is_said_to_count_the_scale_where_it_does(uncertainty):
+    design = sharp_design(SHARP_NAMES[13]).model_copy(update={"scale_uncertainty": uncertainty})
+    first = describe(study_tolerances(design, tight(), 10))[0]
+    assert first.endswith(" % as designed (noise and scale)" if uncertainty else " % as designed (noise)")
+
+
+def test_few_good_sensors_bring_a_hint():
+    design = sharp_design(SHARP_NAMES[0])
+    names = " or ".join(mirror.name for mirror in design.mirrors)
+    said = {}
+    for grade in ("coarse", "standard"):
+        study = study_tolerances(design, tolerances_of_grade(grade), 200)
+        assert study.trials.result.value < 0.1
+        said[grade] = "\n".join(describe(study))
+    assert f"  few are good: try --grade standard, and --align {names}, if assembly" in said["coarse"]
+    assert "  few are good: try --grade precision, and --align" in said["standard"]
+    aligned = "\n".join(describe(study_tolerances(design, tolerances_of_grade("coarse"), 200, align="secondary")))
+    assert "try --grade standard\n" in aligned
+    own = "\n".join(describe(study_tolerances(design, Tolerances(mirrors=MirrorTolerances(tilt_deg=1.0)), 50)))
+    assert 'try grade = "precision" or tighter tolerances of your own, and --align' in own
+    assert "few are good" not in "\n".join(describe(study_tolerances(design, tight(), 200)))
