@@ -9,7 +9,7 @@ import numpy as np
 from designer.as_built.merits import Grid, displacement_px, viewpoint_of
 from designer.as_built.model import depth_error, measure, perturbable
 from designer.as_built.parameters import values_of
-from designer.as_built.projection import Projection, project, targets_of
+from designer.as_built.projection import Projection, linearise, project, targets_of
 from designer.design import VIEW_NAMES, Design, ViewName
 from designer.trace.built import build_as_built
 from designer.trace.contact import built_contacts
@@ -43,13 +43,13 @@ class BuiltSensor:
     """A sensor of the departures that its design file gives, read by the design's own tables.
 
     ``problems`` are the reasons to reject it: ``contacts``, sentences on solids that penetrate each other, and views
-    that do not show all points of the working volume, whatever their apertures. ``centres_apart_px`` is the distance
-    between the image centres of the two views. ``epipolar_px`` are columns of a panorama of 1800 by which the two views
-    of a point are apart, ``depth_bias`` the share by which depths are wrong, both root mean squares over the working
-    volume and all azimuths; None where rays part, so that there is no depth. ``_calibrated`` is what is left once each
-    view's image centre, scale and turn are found. ``depth_error`` is that of the design without departures: of noise,
-    and of the scale's uncertainty if it has one; ``depth_error_calibrated`` that of the bias as well. ``is_nominal`` if
-    all departures are zero. What takes both views is None if one of them does not show all points.
+    that do not see all of the working volume. ``centres_apart_px`` is the distance between the image centres of the two
+    views. ``epipolar_px`` are columns of a panorama of 1800 by which the two views of a point are apart, ``depth_bias``
+    the share by which depths are wrong, both root mean squares over the working volume and all azimuths; None where
+    rays part, so that there is no depth. ``_calibrated`` is what is left once each view's image centre, scale and turn
+    are found. ``depth_error`` is that of the design without departures: of noise, and of the scale's uncertainty if it
+    has one; ``depth_error_calibrated`` that of the bias as well. ``is_nominal`` if all departures are zero. What takes
+    both views is None if the mirrors of one do not show all points, however large.
     """
 
     views: dict[ViewName, BuiltView]
@@ -79,14 +79,16 @@ def built_sensor(design: Design) -> BuiltSensor | None:
     model = perturbable(design)
     values = values_of(design)[None]
     views = {
-        name: _view(design, model.grid, name, project(design, name, model.grid.targets[name], values))
+        name: _view(
+            design, model.grid, name, project(design, name, model.grid.targets[name], values, model.linear[name])
+        )
         for name in VIEW_NAMES
     }
     contacts = tuple(built_contacts(design))
     blind = tuple(
-        f"the {name} view does not show all points of the working volume any more"
+        f"the {name} view sees {100.0 * view.seen:.4g} % of the working volume"
         for name, view in views.items()
-        if view.viewpoint_mm is None
+        if view.seen < 1.0
     )
     found = measure(model, values)
     before, after = found.before, found.after
@@ -140,7 +142,12 @@ def _seen(design: Design, name: ViewName) -> float:
     points = np.stack(
         [distance * np.cos(azimuth), distance * np.sin(azimuth), middle + distance * np.tan(elevation)], axis=-1
     )
-    slopes = project(design, name, targets_of(design, name, points), values_of(design)[None]).slopes[:, 0]
+    targets = targets_of(design, name, points)
+    try:
+        about_design = linearise(design, name, targets)
+    except ValueError:  # the search is only longer
+        about_design = None
+    slopes = project(design, name, targets, values_of(design)[None], about_design).slopes[:, 0]
     shown = np.isfinite(slopes).all(axis=0)
     ahead = np.column_stack([*slopes[:, shown], np.ones(shown.sum())])
     instrument = build_as_built(design).instrument

@@ -24,7 +24,7 @@ def trace(design: Path) -> None:
     """Print the ray tracer's verdict on DESIGN.json; exit code 1 if it rejects the design.
 
     Of a sensor with departures (as_built) it says what is left of the viewpoints. It rejects parts that collide, and
-    views that do not show all points of the working volume.
+    views that do not see all of the working volume.
     """
     from designer.design import read_design
 
@@ -47,7 +47,7 @@ def evaluate(design: Path, as_json: bool) -> None:
     """Score and trace DESIGN.json, an existing or hand-edited design, and say how sharp it is through its lens.
 
     If recorded values contradict the mirrors, a warning is printed and the score is that of the mirrors. Exit code 1 if
-    a view of a sensor with departures (as_built) does not show all points of the working volume.
+    a view of a sensor with departures (as_built) does not see all of the working volume.
     """
     from designer.design import read_design
 
@@ -122,7 +122,7 @@ def _echo_built(built: BuiltSensor | None, design: Design) -> None:
 
 
 def _exit_if_blind(built: BuiltSensor | None) -> None:
-    """No score holds for a sensor that does not show the working volume."""
+    """No score holds for a sensor that does not see all of the working volume."""
     if built is not None and len(built.problems) > len(built.contacts):
         raise SystemExit(REJECTED)
 
