@@ -36,9 +36,9 @@ class MirrorDeparture(Departure):
     tilt_x_deg: Tilt = 0.0
     tilt_y_deg: Tilt = 0.0
     axial_shift_mm: Shift = 0.0
-    radius_departure_mm: Number = 0.0
-    conic_departure: Number = 0.0
-    curvature_per_m: Number = 0.0
+    radius_departure_mm: Annotated[Number, Field(ge=-10_000.0, le=10_000.0)] = 0.0
+    conic_departure: Annotated[Number, Field(ge=-10.0, le=10.0)] = 0.0
+    curvature_per_m: Annotated[Number, Field(ge=-1000.0, le=1000.0)] = 0.0
 
 
 class CameraDeparture(Departure):
@@ -53,7 +53,7 @@ class CameraDeparture(Departure):
     axial_shift_mm: Shift = 0.0
     tilt_x_deg: Tilt = 0.0
     tilt_y_deg: Tilt = 0.0
-    principal_distance_departure_mm: Number = 0.0
+    principal_distance_departure_mm: Annotated[Number, Field(ge=-1000.0, le=1000.0)] = 0.0
     radial_distortion: Annotated[Number, Field(ge=-1.0, le=1.0)] = 0.0
 
 

@@ -31,6 +31,7 @@ from designer.files import InputError, describe_validation_error, read_text, wri
 Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
 NonNegative = Annotated[Number, Field(ge=0)]
+Coefficient = Annotated[Number, Field(ge=-1000.0, le=1000.0)]
 Pixels = Annotated[int, Strict(), Field(gt=0, le=1_000_000)]
 Interval = tuple[Number, Number]
 
@@ -75,7 +76,7 @@ class Camera(Record):
     """Distance from the pinhole at which the lens is focused; infinity if absent."""
     projection: Projection = "perspective"
     """Law of the lens from angle to image radius; r = f tan(psi) if absent."""
-    distortion: tuple[Number, ...] = ()
+    distortion: tuple[Coefficient, ...] = ()
     """Radial distortion k1, k2, ... as in OpenCV's pinhole (perspective) or fisheye (equidistant) model."""
 
     @model_validator(mode="after")
@@ -164,6 +165,10 @@ class Mirror(Record):
         return self
 
 
+# A plane of less curvature is flat: its radius is longer than any number of a design.
+FLAT_PER_M = 1e-12
+
+
 def built_mirror(mirror: Mirror, departure: MirrorDeparture) -> Mirror:
     """The mirror with the radius and the conic constant that it was made with; its place is not changed.
 
@@ -175,7 +180,7 @@ def built_mirror(mirror: Mirror, departure: MirrorDeparture) -> Mirror:
     if mirror.radius_mm is None:
         if departure.radius_departure_mm or departure.conic_departure:
             raise ValueError("a plane has no radius and no conic constant to depart from: use curvature_per_m")
-        if not departure.curvature_per_m:
+        if abs(departure.curvature_per_m) < FLAT_PER_M:
             return mirror
         # A plane that is not flat is a sphere of long radius.
         return Mirror.model_validate(

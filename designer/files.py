@@ -158,6 +158,10 @@ def as_json(value: object) -> JsonValue:
     raise TypeError(f"JSON has no {type(value).__name__}")
 
 
+# How keys of lists of numbers end.
+_NUMBERS = ("_deg", "_mm", "distortion")
+
+
 def describe_validation_error(path: Path | str, error: ValidationError) -> str:
     """One line for all problems of a pydantic validation: file; key, value and what is allowed of each.
 
@@ -179,6 +183,8 @@ def _described(problem: ErrorDetails) -> str:
     is_table = isinstance(shown, Mapping) or hasattr(shown, "model_fields_set")
     value = f" = {_shortened(shown)}" if has_value and not is_table else ""
     message = problem["msg"].removeprefix("Value error, ").replace("Input should be", "must be", 1)
+    if problem["type"] == "tuple_type":
+        message = "must be a list of numbers" if key.endswith(_NUMBERS) else "must be a list"
     message = message.replace("Field required", "is required but missing", 1)
     return f"{shortened(key)}{value}: {message}"
 

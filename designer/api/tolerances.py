@@ -18,7 +18,7 @@ def built_sensor(design: Design) -> BuiltSensor | None:
     Raises
     ------
     InputError
-        A view does not show the whole working volume.
+        A view of the design itself does not show the whole working volume.
     """
     from designer.as_built.built import built_sensor as measure
 
@@ -54,11 +54,15 @@ def tolerance(
     Raises
     ------
     InputError
-        The tolerances cannot be read or do not fit the design, or the design does not show its working volume.
+        The tolerances cannot be read or do not fit the design, the design does not show its working volume,
+        or the folder holds anything but an earlier study.
     """
+    from designer.as_built.folder import check_tolerance_folder
     from designer.as_built.study import study_tolerances, write_study
     from designer.as_built.tolerances import Grade, read_tolerances, tolerances_of_grade
 
+    if folder is not None:
+        check_tolerance_folder(Path(folder))
     is_grade = str(tolerances) in get_args(Grade)
     asked = tolerances_of_grade(str(tolerances)) if is_grade else read_tolerances(Path(tolerances), design)
     study = study_tolerances(design, asked, trials, seed, align, calibration)

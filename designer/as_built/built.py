@@ -9,15 +9,12 @@ import numpy as np
 from designer.as_built.merits import Grid, displacement_px, viewpoint_of
 from designer.as_built.model import depth_error, measure, perturbable
 from designer.as_built.parameters import values_of
-from designer.as_built.projection import Projection, project, targets_of
+from designer.as_built.projection import Projection, linearise, project, targets_of
 from designer.design import VIEW_NAMES, Design, ViewName
-from designer.files import InputError
 from designer.trace.built import build_as_built
 from designer.trace.contact import built_contacts
 from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
 
-# Traced rays of a design pass its viewpoints within less.
-SINGLE_VIEWPOINT_MM = 1e-6
 # Rays at the very ends of the range graze the rims of the design itself.
 INSET_DEG = 0.01
 
@@ -29,14 +26,15 @@ class BuiltView:
     ``viewpoint_mm`` (x, y, z) is the point that the rays pass nearest to, ``spread_mm`` their root mean square distance
     from it, ``caustic_mm`` the diameter of the smallest ball about it that all of them meet. ``rows_px`` and
     ``columns_px`` are how far the panorama that the design's tables make is off, root mean squares, of 1800 columns.
-    ``seen`` is the share of the working volume, its edges included, whose light comes through unhindered.
+    ``seen`` is the share of the working volume, its edges included, whose light comes through unhindered. The others
+    are None if the mirrors do not show all points of it.
     """
 
-    viewpoint_mm: tuple[float, float, float]
-    spread_mm: float
-    caustic_mm: float
-    rows_px: float
-    columns_px: float
+    viewpoint_mm: tuple[float, float, float] | None
+    spread_mm: float | None
+    caustic_mm: float | None
+    rows_px: float | None
+    columns_px: float | None
     seen: float
 
 
@@ -44,24 +42,28 @@ class BuiltView:
 class BuiltSensor:
     """A sensor of the departures that its design file gives, read by the design's own tables.
 
-    ``contacts`` are sentences on solids that penetrate each other, ``centres_apart_px`` is the distance between the
-    image centres of the two views. ``epipolar_px`` are columns of a panorama of 1800 by which the two views of a point
-    are apart, ``depth_bias`` the share by which depths are wrong, both root mean squares over the working volume and
-    all azimuths; None where rays part, so that there is no depth. ``_calibrated`` is what is left once each view's
-    image centre, scale and turn are found. ``depth_error`` is that of the design, of noise alone;
-    ``depth_error_calibrated`` that of noise and bias.
+    ``problems`` are the reasons to reject it: ``contacts``, sentences on solids that penetrate each other, and views
+    that do not see all of the working volume. ``centres_apart_px`` is the distance between the image centres of the two
+    views. ``epipolar_px`` are columns of a panorama of 1800 by which the two views of a point are apart, ``depth_bias``
+    the share by which depths are wrong, both root mean squares over the working volume and all azimuths; None where
+    rays part, so that there is no depth. ``_calibrated`` is what is left once each view's image centre, scale and turn
+    are found. ``depth_error`` is that of the design without departures: of noise, and of the scale's uncertainty if it
+    has one; ``depth_error_calibrated`` that of the bias as well. ``is_nominal`` if all departures are zero. What takes
+    both views is None if the mirrors of one do not show all points, however large.
     """
 
     views: dict[ViewName, BuiltView]
+    problems: tuple[str, ...]
     contacts: tuple[str, ...]
-    centres_apart_px: float
-    epipolar_px: float
-    epipolar_px_calibrated: float
+    is_nominal: bool
+    centres_apart_px: float | None
+    epipolar_px: float | None
+    epipolar_px_calibrated: float | None
     depth_bias: float | None
     depth_bias_calibrated: float | None
     depth_error: float
     depth_error_calibrated: float | None
-    blur_px: float
+    blur_px: float | None
 
 
 def built_sensor(design: Design) -> BuiltSensor | None:
@@ -70,69 +72,46 @@ def built_sensor(design: Design) -> BuiltSensor | None:
     Raises
     ------
     InputError
-        A view of the design, or of the sensor, does not show the whole working volume.
+        A view of the design itself does not show the whole working volume.
     """
     if design.as_built is None:
         return None
     model = perturbable(design)
     values = values_of(design)[None]
-    views = {}
-    for name in VIEW_NAMES:
-        projection = project(design, name, model.grid.targets[name], values)
-        if not np.isfinite(projection.pixels).all():
-            raise InputError(f"as_built: the {name} view does not show all points of the working volume any more")
-        views[name] = _view(design, model.grid, name, projection)
+    views = {
+        name: _view(
+            design, model.grid, name, project(design, name, model.grid.targets[name], values, model.linear[name])
+        )
+        for name in VIEW_NAMES
+    }
+    contacts = tuple(built_contacts(design))
+    blind = tuple(
+        f"the {name} view sees {100.0 * view.seen:.4g} % of the working volume"
+        for name, view in views.items()
+        if view.seen < 1.0
+    )
     found = measure(model, values)
     before, after = found.before, found.after
     return BuiltSensor(
         views=views,
-        contacts=tuple(built_contacts(design)),
-        centres_apart_px=float(found.centres_apart_px[0]),
-        epipolar_px=float(before.epipolar_px[0]),
-        epipolar_px_calibrated=float(after.epipolar_px[0]),
+        problems=(*contacts, *blind),
+        contacts=contacts,
+        is_nominal=not values.any(),
+        centres_apart_px=_finite(found.centres_apart_px[0]),
+        epipolar_px=_finite(before.epipolar_px[0]),
+        epipolar_px_calibrated=_finite(after.epipolar_px[0]),
         depth_bias=_finite(before.depth_bias[0]),
         depth_bias_calibrated=_finite(after.depth_bias[0]),
         depth_error=model.noise,
         depth_error_calibrated=_finite(depth_error(model, after.depth_bias)[0]),
-        blur_px=float(before.blur_px[0]),
+        blur_px=_finite(before.blur_px[0]),
     )
-
-
-def describe_built(sensor: BuiltSensor) -> list[str]:
-    """Lines of what the departures do."""
-    caustic = max(view.caustic_mm for view in sensor.views.values())
-    lines = [
-        "as built: no single viewpoint any more"
-        if caustic > SINGLE_VIEWPOINT_MM
-        else "as built: each view still has a single viewpoint"
-    ]
-    for name, view in sensor.views.items():
-        x, y, z = view.viewpoint_mm
-        lines.append(
-            f"  {name} view: caustic {view.caustic_mm:.3g} mm across, rays pass ({x:.3f}, {y:.3f}, {z:.3f}) mm at "
-            f"{view.spread_mm:.3g} mm rms;"
-        )
-        lines.append(
-            f"    its panorama is off by {view.rows_px:.3g} rows and {view.columns_px:.3g} columns rms; "
-            f"it sees {100.0 * view.seen:.4g} % of the working volume"
-        )
-    before, after, error = (
-        "no depth: rays part" if share is None else f"{100.0 * share:.3g} %"
-        for share in (sensor.depth_bias, sensor.depth_bias_calibrated, sensor.depth_error_calibrated)
-    )
-    lines += [f"  {sentence}" for sentence in sensor.contacts]
-    lines += [
-        f"  read by the design's tables: epipolar error {sensor.epipolar_px:.3g} px rms, depth bias {before} rms; "
-        f"image centres of the views {sensor.centres_apart_px:.3g} px apart",
-        f"  with each view's centre, scale and turn calibrated: {sensor.epipolar_px_calibrated:.3g} px, {after};",
-        f"  depth error with noise {error}, as designed {100.0 * sensor.depth_error:.3g} %; "
-        f"blur {sensor.blur_px:.2g} px rms",
-        "  everything else said here is of the design without its departures",
-    ]
-    return lines
 
 
 def _view(design: Design, grid: Grid, name: ViewName, projection: Projection) -> BuiltView:
+    seen = _seen(design, name)
+    if not np.isfinite(projection.pixels).all():
+        return BuiltView(None, None, None, None, None, seen)
     rows, columns = displacement_px(design, grid, name, projection.pixels)
     point, spread = viewpoint_of(projection)
     offset = point[:, :, None] - projection.start
@@ -144,7 +123,7 @@ def _view(design: Design, grid: Grid, name: ViewName, projection: Projection) ->
         caustic_mm=2.0 * float(np.sqrt(np.sum(missed**2, axis=0)).max()),
         rows_px=float(np.sqrt(rows[0] ** 2 @ grid.weights)),
         columns_px=float(np.sqrt(columns[0] ** 2 @ grid.weights)),
-        seen=_seen(design, name),
+        seen=seen,
     )
 
 
@@ -163,7 +142,12 @@ def _seen(design: Design, name: ViewName) -> float:
     points = np.stack(
         [distance * np.cos(azimuth), distance * np.sin(azimuth), middle + distance * np.tan(elevation)], axis=-1
     )
-    slopes = project(design, name, targets_of(design, name, points), values_of(design)[None]).slopes[:, 0]
+    targets = targets_of(design, name, points)
+    try:
+        about_design = linearise(design, name, targets)
+    except ValueError:  # the search is only longer
+        about_design = None
+    slopes = project(design, name, targets, values_of(design)[None], about_design).slopes[:, 0]
     shown = np.isfinite(slopes).all(axis=0)
     ahead = np.column_stack([*slopes[:, shown], np.ones(shown.sum())])
     instrument = build_as_built(design).instrument

@@ -68,6 +68,15 @@ def stretched(law: ImageLaw, slopes: Array, spread: Array) -> Array:
     return np.asarray(across * spread + (along - across) * outwards[:, None] * radial)
 
 
+def elongation(camera: Camera, slopes: Array) -> Array:
+    """The larger diameter (n,) of the ellipse that the lens makes of a small disc, over that along the radius."""
+    law = image_law_of(camera)
+    if law.is_perspective:
+        return np.ones(slopes.shape[1:])
+    along, across = _stretches(law, np.hypot(*slopes))
+    return np.asarray(np.maximum(along, across) / along)
+
+
 def _stretches(law: ImageLaw, tangent: Array) -> tuple[Array, Array]:
     """How much longer the image is than a perspective one at tan(psi), along the radius and across it."""
     along, across = law.stretch(tangent / (1.0 + np.sqrt(1.0 + tangent**2)))

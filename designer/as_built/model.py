@@ -24,6 +24,7 @@ from designer.as_built.dual import Array
 from designer.as_built.merits import Grid, Merits, errors_of, first_order_errors, grid_of, merits_of
 from designer.as_built.parameters import Parameter, parameters_of, record_of
 from designer.as_built.projection import Linear, Projection, linearise, project
+from designer.as_built.sharpness import SharpPoints, blur_of_limit, sharp_points
 from designer.design import VIEW_NAMES, Design, ViewName
 from designer.evaluate.depth import depth_error_rms, noise_mm_of, stereo_pair_of, volume_of
 from designer.files import InputError, describe_validation_error
@@ -38,7 +39,7 @@ class Perturbable:
 
     ``noise`` is the relative depth error that the design has without departures, root mean square over the working
     volume. ``epipolar_px`` and ``depth_bias`` (parameters, n) are derivatives of the errors at each point, ``_left`` of
-    what calibration leaves of them.
+    what calibration leaves of them. ``sharp`` are the points whose blur is judged; None if the design bounds no blur.
     """
 
     design: Design
@@ -51,6 +52,7 @@ class Perturbable:
     depth_bias: Array
     epipolar_px_left: Array
     depth_bias_left: Array
+    sharp: dict[ViewName, SharpPoints] | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,13 +60,15 @@ class Measured:
     """Merits of T systems read by the design's own tables, and by those of a calibrated image.
 
     ``values`` (T, parameters) are the departures, after alignment if there was one; ``centres_apart_px`` (T,) the
-    distance between the image centres of the two views.
+    distance between the image centres of the two views; ``blur_of_limit`` (T,) the largest ratio of a blur to what the
+    design allows, zero if it says nothing.
     """
 
     values: Array
     centres_apart_px: Array
     before: Merits
     after: Merits
+    blur_of_limit: Array
 
 
 def perturbable(design: Design, calibration: Calibration = "views") -> Perturbable:
@@ -78,6 +82,7 @@ def perturbable(design: Design, calibration: Calibration = "views") -> Perturbab
     grid = grid_of(design)
     try:
         linear = {view: linearise(design, view, grid.targets[view]) for view in VIEW_NAMES}
+        sharp = sharp_points(design)
     except ValueError as error:
         raise InputError(f"{error} of the working volume, so its tolerances mean nothing") from None
     before = first_order_errors(design, grid, {view: linear[view].pixels for view in VIEW_NAMES})
@@ -85,7 +90,7 @@ def perturbable(design: Design, calibration: Calibration = "views") -> Perturbab
     left, _ = left_by_calibration(design, grid, changes, calibration)
     after = first_order_errors(design, grid, {view: left[view].transpose(1, 0, 2) for view in VIEW_NAMES})
     noise = depth_error_rms(stereo_pair_of(design), volume_of(design), noise_mm_of(design), design.scale_uncertainty)
-    return Perturbable(design, parameters_of(design), grid, linear, calibration, float(noise), *before, *after)
+    return Perturbable(design, parameters_of(design), grid, linear, calibration, float(noise), *before, *after, sharp)
 
 
 def measure(model: Perturbable, values: Array, align: int | None = None) -> Measured:
@@ -103,6 +108,7 @@ def measure(model: Perturbable, values: Array, align: int | None = None) -> Meas
         np.concatenate([part.centres_apart_px for part in parts]),
         _joined([part.before for part in parts]),
         _joined([part.after for part in parts]),
+        np.concatenate([part.blur_of_limit for part in parts]),
     )
 
 
@@ -152,6 +158,7 @@ def _measure_block(model: Perturbable, values: Array, align: int | None) -> Meas
         centres_apart_px(design, grid, pixels),
         merits_of(design, grid, pixels, projections),
         merits_of(design, grid, _calibrated_pixels(model, projections), projections),
+        blur_of_limit(design, model.sharp, values),
     )
 
 

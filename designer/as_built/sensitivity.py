@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -10,10 +11,15 @@ from designer.as_built.dual import Array
 from designer.as_built.merits import Merits
 from designer.as_built.model import Perturbable, depth_error, measure
 from designer.as_built.parameters import Parameter
+from designer.as_built.sharpness import blur_of_limit
 
 ALLOWED_STEPS = 8
 # A departure is said to be harmless if this multiple of its tolerance is.
 FARTHEST = 1e3
+# What stands for a tolerance of zero: FARTHEST of it, in mm or degrees, is more than a design file holds.
+UNTOLERATED = 0.05
+# Halvings of up to a thousand tolerances.
+BLUR_STEPS = 30
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,8 +28,9 @@ class Impact:
 
     ``tolerance`` and ``allowed`` are in the parameter's unit. ``depth_bias`` is a share, root mean square over the
     working volume; ``growth_after`` the share by which it makes the depth error grow once the sensor is calibrated, and
-    ``allowed`` the departure at which that is the growth asked for. It is None if the departure ``is_harmless``, up to
-    a thousand tolerances, or if the mirrors cease to show the working volume before. ``bias_per_unit`` and
+    ``allowed`` the departure at which that is the growth asked for, or at which the blur reaches what the design
+    allows if that comes before: ``allowed_by`` says which. It is None if the departure ``is_harmless``, up to a
+    thousand tolerances, or if the mirrors cease to show the working volume before. ``bias_per_unit`` and
     ``bias_per_unit_after`` are exact derivatives without departures.
     """
 
@@ -37,9 +44,16 @@ class Impact:
     viewpoint_spread_mm: float
     blur_change_px: float
     allowed: float | None
+    allowed_by: Literal["growth", "blur"] | None
     is_harmless: bool
     bias_per_unit: float
     bias_per_unit_after: float
+
+    def allowed_in_words(self, unit: str = "") -> str:
+        """The departure allowed, with the unit, and ``(blur)`` where that ends it."""
+        if self.allowed is None:
+            return "any" if self.is_harmless else "unknown"
+        return f"{self.allowed:.3g}{unit}" + (" (blur)" if self.allowed_by == "blur" else "")
 
 
 def sensitivities(model: Perturbable, tolerances: Array, growth: float) -> list[Impact]:
@@ -53,7 +67,10 @@ def sensitivities(model: Perturbable, tolerances: Array, growth: float) -> list[
     before, after = _worse(both.before), _worse(both.after)
     weights = model.grid.weights
     slope, slope_after = (np.sqrt(errors**2 @ weights) for errors in (model.depth_bias, model.depth_bias_left))
-    allowed = allowed_departures(model, growth, tolerances, slope_after)
+    by_growth = allowed_departures(model, growth, tolerances, slope_after)
+    by_blur = sharp_departures(model, by_growth, tolerances)
+    is_by_blur = np.isfinite(by_blur)
+    allowed = np.where(is_by_blur, by_blur, by_growth)
     grown = depth_error(model, after["depth_bias"]) / model.noise - 1.0
     impacts = [
         Impact(
@@ -67,6 +84,7 @@ def sensitivities(model: Perturbable, tolerances: Array, growth: float) -> list[
             viewpoint_spread_mm=float(before["viewpoint_spread_mm"][place]),
             blur_change_px=float(before["blur_px"][place] - zero.before.blur_px[0]),
             allowed=float(allowed[place]) if np.isfinite(allowed[place]) else None,
+            allowed_by="blur" if is_by_blur[place] else "growth" if np.isfinite(allowed[place]) else None,
             is_harmless=bool(np.isposinf(allowed[place])),
             bias_per_unit=float(slope[place]),
             bias_per_unit_after=float(slope_after[place]),
@@ -86,7 +104,7 @@ def allowed_departures(model: Perturbable, growth: float, tolerances: Array, slo
     wanted = model.noise * np.sqrt((1.0 + growth) ** 2 - 1.0)
     with np.errstate(all="ignore"):
         allowed = wanted / slopes
-        harmless = ~(allowed < FARTHEST * np.where(tolerances > 0.0, tolerances, np.inf))
+        harmless = ~(allowed < _farthest(tolerances))
         allowed = np.where(harmless, 0.0, allowed)
         for _ in range(ALLOWED_STEPS):
             bias = _worse(measure(model, _one_at_a_time(allowed)).after)["depth_bias"]
@@ -97,6 +115,33 @@ def allowed_departures(model: Perturbable, growth: float, tolerances: Array, slo
                 break
         settled = np.abs(ratio - 1.0) < 1e-2
     return np.where(harmless, np.inf, np.where(settled, allowed, np.nan))
+
+
+def sharp_departures(model: Perturbable, allowed: Array, tolerances: Array) -> Array:
+    """The departure (parameters,) of each parameter alone at which the blur reaches what the design allows.
+
+    By halving, with the tracer and by the worse of both signs, up to those ``allowed`` for another reason or else to
+    ``FARTHEST`` tolerances. Infinite where the blur stays within its limits so far, or as far as the mirrors show all.
+    """
+    if model.sharp is None:
+        return np.full(len(tolerances), np.inf)
+
+    def ratio(sizes: Array) -> Array:
+        found = blur_of_limit(model.design, model.sharp, _one_at_a_time(sizes))
+        return np.asarray(np.max(found.reshape(2, -1), axis=0))
+
+    low, high = np.zeros(len(tolerances)), np.where(np.isfinite(allowed), allowed, _farthest(tolerances))
+    with np.errstate(all="ignore"):
+        within = ratio(high) <= 1.0
+        for _ in range(BLUR_STEPS):
+            middle = (low + high) / 2.0
+            is_sharp = ratio(middle) <= 1.0
+            low, high = np.where(is_sharp, middle, low), np.where(is_sharp, high, middle)
+        return np.where(within | ~(ratio(high) > 1.0), np.inf, low)
+
+
+def _farthest(tolerances: Array) -> Array:
+    return FARTHEST * np.where(tolerances > 0.0, tolerances, UNTOLERATED)
 
 
 def _one_at_a_time(sizes: Array) -> Array:

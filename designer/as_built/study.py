@@ -1,7 +1,7 @@
 """The tolerances of one design in full: impacts, yield, provenance; and as files.
 
 A results folder holds ``sensitivity.csv``, ``trials.csv``, a design file for each trial that was asked for, and
-``tolerance.json``, written last.
+``tolerance.json``, whose results are written last.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
-import json
 import platform
 import sys
 from collections.abc import Sequence
@@ -24,16 +23,18 @@ from pydantic import JsonValue
 from designer import __version__
 from designer.as_built.compensation import Calibration
 from designer.as_built.dual import Array
+from designer.as_built.folder import write_tolerance_folder
 from designer.as_built.model import Perturbable, perturbable, with_departures
 from designer.as_built.sensitivity import Impact, sensitivities
 from designer.as_built.tolerances import Tolerances, tolerance_values
 from designer.as_built.yields import PERCENTILES, Trials, simulate
 from designer.design import Design, design_to_json
-from designer.files import InputError, as_json, check_folder, write_atomically
+from designer.evaluate.score import check_image_law
+from designer.files import InputError, as_json
 from designer.notebook_html import html_table, percent
+from designer.verify.judge import judge
 
 MOST_TRIALS = 1_000_000
-SUMMARY = "tolerance.json"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +42,8 @@ class ToleranceStudy:
     """What the tolerances of a design come to.
 
     ``values`` (parameters,) are the tolerances in the units of ``model.parameters``; ``impacts`` the departures one by
-    one, the worst first; ``trials`` sensors with all of them at random.
+    one, the worst first; ``trials`` sensors with all of them at random. ``problems`` are the ray tracer's reasons to
+    reject the design itself; none if it accepts it.
     """
 
     model: Perturbable
@@ -51,6 +53,7 @@ class ToleranceStudy:
     trials: Trials
     seed: int
     align: str | None
+    problems: tuple[str, ...]
 
     def _repr_html_(self) -> str:
         """The departures as a table, the worst first."""
@@ -64,7 +67,7 @@ class ToleranceStudy:
                 f"{impact.epipolar_px_after:.3f}",
                 percent(impact.depth_bias),
                 percent(impact.depth_bias_after),
-                "any" if impact.is_harmless else "unknown" if impact.allowed is None else f"{impact.allowed:.3g}",
+                impact.allowed_in_words(),
             )
             for impact in self.impacts
         ]
@@ -114,10 +117,12 @@ def study_tolerances(
     Raises
     ------
     InputError
-        The design does not show its working volume, or there is no such mirror or number of trials.
+        The design does not show its working volume, its lens does not reach the edge of its image circle, or there is
+        no such mirror or number of trials.
     """
     if not 1 <= trials <= MOST_TRIALS:
         raise InputError(f"trials = {trials}: must be from 1 to {MOST_TRIALS}")
+    check_image_law(design)
     model = perturbable(design, calibration)
     values = tolerance_values(design, model.parameters, tolerances)
     growth = tolerances.depth_error_growth_percent / 100.0
@@ -129,9 +134,9 @@ def study_tolerances(
             raise InputError(f"align = {align!r}: the design has no such mirror; its mirrors are {names}")
         moved = places[0]
     impacts = sensitivities(model, values, growth)
-    return ToleranceStudy(
-        model, tolerances, values, impacts, simulate(model, values, growth, trials, seed, moved), seed, align
-    )
+    found = simulate(model, values, growth, trials, seed, moved)
+    problems = judge(design, whole_image=False).problems
+    return ToleranceStudy(model, tolerances, values, impacts, found, seed, align, problems)
 
 
 def write_study(study: ToleranceStudy, folder: Path, written_trials: Sequence[int] = ()) -> list[Path]:
@@ -140,19 +145,11 @@ def write_study(study: ToleranceStudy, folder: Path, written_trials: Sequence[in
     Raises
     ------
     InputError
-        The folder is a file, or there is no such trial.
+        The folder is a file or holds something else than an earlier study, or there is no such trial.
     """
     designs = {f"trial_{number:06d}.json": design_to_json(study.trial(number)) for number in written_trials}
-    check_folder(folder)
-    content = {
-        "sensitivity.csv": sensitivity_csv(study),
-        "trials.csv": trials_csv(study),
-        **designs,
-        SUMMARY: json.dumps(summary(study), indent=2, allow_nan=False) + "\n",
-    }
-    for name, text in content.items():
-        write_atomically(folder / name, text)
-    return [folder / name for name in content]
+    content = {"sensitivity.csv": sensitivity_csv(study), "trials.csv": trials_csv(study), **designs}
+    return write_tolerance_folder(folder, content, summary(study))
 
 
 def sensitivity_csv(study: ToleranceStudy) -> str:
@@ -179,6 +176,8 @@ def trials_csv(study: ToleranceStudy) -> str:
         "viewpoint_spread_mm": before.viewpoint_spread_mm,
         "blur_px": before.blur_px,
     }
+    if study.model.sharp is not None:
+        columns["blur_of_limit"] = trials.measured.blur_of_limit
     table = np.column_stack([*columns.values(), trials.measured.values])
     names = [f"{parameter.part}.{parameter.key}" for parameter in study.model.parameters]
     rows = [[str(number), *map(_cell, row)] for number, row in enumerate(table.tolist())]
@@ -208,6 +207,7 @@ def summary(study: ToleranceStudy) -> dict[str, JsonValue]:
     ]
     return {
         "configuration": design.configuration,
+        "problems": as_json(study.problems),
         "depth_error_as_designed": study.model.noise,
         "grade": study.tolerances.grade,
         "align": study.align,
@@ -244,11 +244,13 @@ def _csv(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return stream.getvalue()
 
 
-def _cell(value: float | bool | None) -> str:
+def _cell(value: float | bool | str | None) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
+    if isinstance(value, str):
+        return value
     return "" if value is None or not np.isfinite(value) else f"{value:.10g}"
 
 
-def _plain(value: float | None) -> float | None:
-    return value if value is not None and np.isfinite(value) else None
+def _plain(value: float | str | None) -> float | str | None:
+    return value if value is not None and (isinstance(value, str) or np.isfinite(value)) else None

@@ -128,16 +128,21 @@ def read_tolerances(path: Path, design: Design) -> Tolerances:
     Raises
     ------
     InputError
-        The file cannot be read, is not TOML, holds something that cannot be, or names a mirror that the design does not
-        have: one line says what is allowed.
+        The file cannot be read, is not TOML, holds something that cannot be, names a mirror that the design does not
+        have, or gives a plane a radius or another mirror the curvature of a plane: one line says what is allowed.
     """
     text = read_text(path, largest_bytes=1_000_000)
     names = [mirror.name for mirror in design.mirrors]
     try:
         tolerances = Tolerances.model_validate(tomllib.loads(text))
-        for name in tolerances.mirror:
+        for name, table in tolerances.mirror.items():
             if name not in names:
                 raise InputError(f"{path}: mirror.{name}: must be a mirror of the design: {', '.join(names)}")
+            is_plane = design.mirror(name).radius_mm is None
+            for key in ("radius_percent", "conic") if is_plane else ("plane_curvature_per_m",):
+                if getattr(table, key) is not None:
+                    kind = "a plane, use plane_curvature_per_m" if is_plane else "no plane, use radius_percent"
+                    raise InputError(f"{path}: mirror.{name}.{key} = {getattr(table, key):g}: {name} is {kind}")
         return tolerances
     except ValidationError as error:
         raise InputError(describe_validation_error(path, error)) from None
@@ -147,6 +152,13 @@ def read_tolerances(path: Path, design: Design) -> Tolerances:
         raise InputError(f"{path}: not valid TOML: {error}") from None
     except ValueError:  # Python refuses to read a whole number of thousands of digits, or a 13th month
         raise InputError(f"{path}: not valid TOML: a number or date is out of range") from None
+
+
+def finer_grade(grade: Grade) -> Grade | None:
+    """The next finer grade; None if there is none."""
+    grades = list(GRADES)
+    place = grades.index(grade) + 1
+    return grades[place] if place < len(grades) else None
 
 
 def tolerances_of_grade(grade: str) -> Tolerances:

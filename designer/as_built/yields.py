@@ -24,11 +24,13 @@ PERCENTILES = (5.0, 50.0, 95.0)
 
 @dataclass(frozen=True, slots=True)
 class Yield:
-    """The yield of many trials: sensors whose depth error, once calibrated, grows by at most ``growth``.
+    """The yield of many trials: sharp sensors whose depth error, once calibrated, grows by at most ``growth``.
 
     ``value`` is the share of ``trials`` that pass, ``interval`` its exact 95 % interval (Clopper and Pearson, 1934),
     ``first_order`` the share that first order lets pass, ``first_order_holds`` whether the two agree within 3
-    percentage points. ``blind`` counts sensors that do not show all of the working volume; they fail.
+    percentage points; both take the blur as traced. ``blind`` counts sensors that do not show all of the working
+    volume, ``blurred`` others that exceed the design's limits of blur somewhere; they fail. ``blurred`` is None if the
+    design has no such limits.
     """
 
     trials: int
@@ -39,6 +41,7 @@ class Yield:
     first_order_holds: bool
     growth: float
     blind: int
+    blurred: int | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,8 +79,10 @@ def simulate(
     after = depth_error(model, found.after.depth_bias)
     simple = depth_error(model, first_order_bias(model, values, align))
     limit = (1.0 + growth) * model.noise
-    passed = int(np.sum(after <= limit))
-    first_order = float(np.mean(simple <= limit))
+    is_sharp = found.blur_of_limit <= 1.0
+    passed = int(np.sum((after <= limit) & is_sharp))
+    first_order = float(np.mean((simple <= limit) & is_sharp))
+    is_blind = np.isnan(after)
     result = Yield(
         trials=trials,
         passed=passed,
@@ -86,7 +91,8 @@ def simulate(
         first_order=first_order,
         first_order_holds=abs(first_order - passed / trials) <= FIRST_ORDER_HOLDS,
         growth=growth,
-        blind=int(np.sum(np.isnan(after))),
+        blind=int(np.sum(is_blind)),
+        blurred=None if model.sharp is None else int(np.sum(~is_sharp & ~is_blind)),
     )
     return Trials(found, depth_error(model, found.before.depth_bias), after, simple, result)
 

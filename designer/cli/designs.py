@@ -23,7 +23,8 @@ REJECTED = 1
 def trace(design: Path) -> None:
     """Print the ray tracer's verdict on DESIGN.json; exit code 1 if it rejects the design.
 
-    Of a sensor with departures (as_built) it says what is left of the viewpoints, and rejects parts that collide.
+    Of a sensor with departures (as_built) it says what is left of the viewpoints. It rejects parts that collide, and
+    views that do not see all of the working volume.
     """
     from designer.design import read_design
 
@@ -33,9 +34,9 @@ def trace(design: Path) -> None:
 
     verdict = judge(record)
     built = _built(design, record)
-    click.echo(describe(verdict))
-    _echo_built(built)
-    if not verdict.passed or (built is not None and built.contacts):
+    click.echo(describe(verdict, built.problems if built else ()))
+    _echo_built(built, record)
+    if not verdict.passed or (built is not None and built.problems):
         raise SystemExit(REJECTED)
 
 
@@ -45,7 +46,8 @@ def trace(design: Path) -> None:
 def evaluate(design: Path, as_json: bool) -> None:
     """Score and trace DESIGN.json, an existing or hand-edited design, and say how sharp it is through its lens.
 
-    If recorded values contradict the mirrors, a warning is printed and the score is that of the mirrors.
+    If recorded values contradict the mirrors, a warning is printed and the score is that of the mirrors. Exit code 1 if
+    a view of a sensor with departures (as_built) does not see all of the working volume.
     """
     from designer.design import read_design
 
@@ -85,6 +87,7 @@ def evaluate(design: Path, as_json: bool) -> None:
         if built is not None:
             content["as_built"] = asdict(built)
         click.echo(json.dumps(_plain(content), indent=2))
+        _exit_if_blind(built)
         return
     del summary["fabrication_notes"], summary["focus"]
     click.echo("\n".join(_outline(_plain(summary))))
@@ -95,8 +98,9 @@ def evaluate(design: Path, as_json: bool) -> None:
         click.echo("\n".join([*describe_focus(focus), ""]))
     if score.fabrication_notes:
         click.echo("\n".join(["before ordering mirrors:", *(f"  - {note}" for note in score.fabrication_notes), ""]))
-    click.echo(describe(verdict))
-    _echo_built(built)
+    click.echo(describe(verdict, built.problems if built else ()))
+    _echo_built(built, record)
+    _exit_if_blind(built)
 
 
 def _built(path: Path, design: Design) -> BuiltSensor | None:
@@ -111,11 +115,17 @@ def _built(path: Path, design: Design) -> BuiltSensor | None:
         raise InputError(f"{path}: {error}") from None
 
 
-def _echo_built(built: BuiltSensor | None) -> None:
+def _echo_built(built: BuiltSensor | None, design: Design) -> None:
     if built is not None:
-        from designer.as_built.built import describe_built
+        from designer.as_built.words import describe_built
 
-        click.echo("\n".join(["", *describe_built(built)]))
+        click.echo("\n".join(["", *describe_built(built, design)]))
+
+
+def _exit_if_blind(built: BuiltSensor | None) -> None:
+    """No score holds for a sensor that does not see all of the working volume."""
+    if built is not None and len(built.problems) > len(built.contacts):
+        raise SystemExit(REJECTED)
 
 
 def _what_the_points_count(design: Design) -> str:

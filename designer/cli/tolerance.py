@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from designer.as_built.sensitivity import Impact
     from designer.as_built.study import ToleranceStudy
 
+REJECTED = 1
+# Below this yield a user is told what may help.
+FEW = 0.1
 HEADER = (
     "departure",
     "tolerance",
@@ -63,32 +66,46 @@ def tolerance(
     numbers: tuple[int, ...],
     out: Path,
 ) -> None:
-    """Say what each departure of a sensor built to DESIGN.json does, and how many sensors turn out good."""
+    """Say what each departure of a sensor built to DESIGN.json does, and how many sensors turn out good.
+
+    Exit code 1 if the ray tracer rejects the design itself: the first line says why.
+    """
     from designer.design import read_design
 
     if tolerances is not None and grade is not None:
         raise InputError("--tolerances and --grade: give one; a file has a key grade of its own")
     record = read_design(design)
+    from designer.as_built.folder import check_tolerance_folder
     from designer.as_built.study import study_tolerances, write_study
     from designer.as_built.tolerances import read_tolerances, tolerances_of_grade
 
+    check_tolerance_folder(out)
     asked = read_tolerances(tolerances, record) if tolerances is not None else tolerances_of_grade(grade or "standard")
     try:
         study = study_tolerances(record, asked, trials, seed, align, calibration)
     except InputError as error:
         raise InputError(f"{design}: {error}") from None
     files = write_study(study, out, numbers)
+    if study.problems:
+        click.echo(f"rejected by the ray tracer: {'; '.join(study.problems)}", err=True)
     click.echo("\n".join(describe(study)))
     click.echo("\n".join(f"{path} written" for path in files))
+    if study.problems:
+        raise SystemExit(REJECTED)
 
 
 def describe(study: ToleranceStudy) -> list[str]:
     """The table of departures, and the yield in words."""
+    from designer.as_built.sharpness import describe_limit
     from designer.as_built.study import percentiles
+    from designer.as_built.words import noise_in_words
     from designer.cli.table import format_table
 
     result, trials = study.trials.result, study.trials
     growth = 100.0 * result.growth
+    asked = study.model.design.sharpness
+    blur = "" if asked is None or result.blurred is None else describe_limit(asked)
+    good = f"depth error at most {growth:g} % larger" + (f", blur at most {blur}" if blur else "")
     table = format_table(HEADER, [_row(impact) for impact in study.impacts], HEADER[1:])
     _, middle_before, worst_before = (_percent(value) for value in percentiles(trials.depth_error_before))
     _, middle, worst = (_percent(value) for value in percentiles(trials.depth_error_after))
@@ -96,26 +113,49 @@ def describe(study: ToleranceStudy) -> list[str]:
     low, high = (100.0 * end for end in result.interval)
     aligned = "" if study.align is None else f"{study.align} mirror moved along the axis for the best, "
     lines = [
-        f"{study.model.design.configuration}: depth error {100.0 * study.model.noise:.4g} % as designed",
+        f"{study.model.design.configuration}: depth error {100.0 * study.model.noise:.4g} % as designed "
+        f"({noise_in_words(study.model.design)})",
         "",
         "Each departure alone at its tolerance, the worse of both signs, by growth of the depth error once calibrated:",
         table,
         f"calibrated: {aligned}{CALIBRATED[study.model.calibration]};",
         "viewpoint: root mean square distance of a view's rays from the point that they pass nearest to;",
-        f"allowed: the departure at which it alone lets the calibrated depth error grow by {growth:g} %",
+        f"allowed: the departure at which it alone lets the calibrated depth error grow by {growth:g} %"
+        + (f", or blurs by more than {blur} somewhere (blur)" if blur else ""),
         "",
         f"All at once, {result.trials} sensors traced, seed {study.seed}:",
         f"  depth error, median and 95th percentile: {middle_before} and {worst_before} uncalibrated, "
         f"{middle} and {worst} calibrated",
         f"  distance between the image centres of the two views, likewise: {apart[1]:.3g} and {apart[2]:.3g} px",
-        f"  yield (depth error at most {growth:g} % larger): {100.0 * result.value:.1f} %, "
-        f"95 % interval {low:.1f} to {high:.1f} %; first order says {100.0 * result.first_order:.1f} %",
+        f"  yield ({good}): {100.0 * result.value:.1f} %, "
+        f"95 % interval {low:.1f} to {high:.1f} %; first order says {100.0 * result.first_order:.1f} %"
+        + (", with the blur as traced" if blur else ""),
+        f"  {result.blurred} of them blur by more than {blur} somewhere"
+        if blur
+        else "  blur is not judged: the design has no limits of it",
     ]
     if not result.first_order_holds:
         lines.append("  first order fails here: the two differ by more than 3 percentage points")
+    if result.value < FEW:
+        lines.append(f"  few are good: {_what_helps(study)}")
     if result.blind:
         lines.append(f"  {result.blind} of them do not show all of the working volume")
     return [*lines, ""]
+
+
+def _what_helps(study: ToleranceStudy) -> str:
+    from designer.as_built.tolerances import finer_grade, tolerances_of_grade
+
+    tolerances, finer, found = study.tolerances, finer_grade(study.tolerances.grade), []
+    if finer is not None:
+        is_grade = tolerances == tolerances_of_grade(tolerances.grade)
+        found.append(f"--grade {finer}" if is_grade else f'grade = "{finer}" or tighter tolerances of your own')
+    else:
+        found.append("tighter tolerances of the parts at the top of the table (--tolerances)")
+    if study.align is None:
+        names = " or ".join(mirror.name for mirror in study.model.design.mirrors)
+        found.append(f"--align {names}, if assembly can move that mirror along the axis")
+    return f"try {', and '.join(found)}"
 
 
 def _row(impact: Impact) -> tuple[str, ...]:
@@ -130,7 +170,7 @@ def _row(impact: Impact) -> tuple[str, ...]:
         _number(100.0 * impact.growth_after, 1),
         _number(impact.viewpoint_spread_mm, 4),
         f"{impact.blur_change_px:+.2f}",
-        "any" if impact.is_harmless else "unknown" if impact.allowed is None else f"{impact.allowed:.3g}{unit}",
+        impact.allowed_in_words(unit),
     )
 
 

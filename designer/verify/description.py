@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from designer.verify.intervals import in_degrees
@@ -9,10 +11,14 @@ from designer.verify.light import ViewLight
 from designer.verify.verdict import Blockage, Verdict, ViewVerdict
 
 
-def describe(verdict: Verdict) -> str:
-    """The verdict as plain text, several lines: both views, the image from its centre outwards, the problems."""
+def describe(verdict: Verdict, as_built: Sequence[str] = ()) -> str:
+    """The verdict as plain text, several lines: both views, the image from its centre outwards, the problems.
+
+    ``as_built`` are the reasons to reject the sensor that was built, if there are any.
+    """
+    rejected = f" as designed; as built: rejected: {'; '.join(as_built)}" if as_built else ""
     lines = [
-        f"{verdict.configuration}: {'passed' if verdict.passed else 'NOT passed'}",
+        f"{verdict.configuration}: {'passed' if verdict.passed else 'NOT passed'}{rejected}",
         f"baseline {verdict.baseline_mm:.3f} mm",
     ]
     for name, view in verdict.views.items():

@@ -54,6 +54,10 @@ def test_departures_survive_a_file(tmp_path):
         ({"mirrors": {"secondary": {"curvature_per_m": 500.0}}}, "lies beyond the equator"),
         ({"camera": {"principal_distance_departure_mm": -20.0}}, "leaves no principal distance"),
         ({"camera": {"shift_x_mm": float("nan")}}, "finite number"),
+        ({"mirrors": {"direct": {"radius_departure_mm": 1e300}}}, "less than or equal to 10000"),
+        ({"mirrors": {"direct": {"conic_departure": -1e300}}}, "greater than or equal to -10"),
+        ({"mirrors": {"secondary": {"curvature_per_m": -2000.0}}}, "greater than or equal to -1000"),
+        ({"camera": {"principal_distance_departure_mm": 1e300}}, "less than or equal to 1000"),
     ],
 )
 def test_departures_that_cannot_be_are_refused_in_one_line(tmp_path, as_built, said):
@@ -64,6 +68,29 @@ def test_departures_that_cannot_be_are_refused_in_one_line(tmp_path, as_built, s
     assert message.startswith(f"{path}: ")
     assert said in message
     assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("distortion", "said"),
+    [
+        ([1e300], "camera.distortion.0 = 1e+300: must be less than or equal to 1000"),
+        (0.1, "camera.distortion = 0.1: must be a list of numbers"),
+        ({"k1": 0.1}, "camera.distortion: must be a list of numbers"),
+    ],
+)
+def test_distortions_that_cannot_be_are_refused_in_one_line(tmp_path, distortion, said):
+    content = json.loads((DATA / "folded_hypl_hy.json").read_text(encoding="utf-8"))
+    path = tmp_path / "design.json"
+    path.write_text(json.dumps({**content, "camera": {**content["camera"], "distortion": distortion}}), "utf-8")
+    with pytest.raises(InputError) as refused:
+        read_design(path)
+    assert str(refused.value) == f"{path}: {said}"
+
+
+def test_a_plane_of_hardly_any_curvature_is_flat(tmp_path):
+    design = read_design(written(tmp_path, {"mirrors": {"secondary": {"curvature_per_m": 1e-320}}}))
+    built = build_as_built(design).instrument
+    assert built.conics.curvature[built.mirrors.index("secondary")] == 0.0
 
 
 def test_a_plane_that_is_curved_has_that_curvature():
