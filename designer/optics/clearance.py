@@ -24,21 +24,17 @@ from designer.optics.backend import Scalar, maximum, minimum, sqrt, stack, take,
 from designer.optics.conic import Surface
 from designer.optics.layout import Layout, Leg, LegEnd, Solid
 
+_AXIAL = ("above", "below", "outwards", "inwards")
+
+
+def _sides_of(*chords: str) -> tuple[str, ...]:
+    return tuple(f"{chord}, {side}" for chord in chords for side in ("left", "right"))
+
+
 LEG_DIRECTIONS = (
-    "inner ray, left",
-    "inner ray, right",
-    "outer ray, left",
-    "outer ray, right",
-    "above",
-    "below",
-    "outwards",
-    "inwards",
-    "solid's chord, left",
-    "solid's chord, right",
-    "leg's end, left",
-    "leg's end, right",
-    "leg's start, left",
-    "leg's start, right",
+    *_sides_of("inner ray", "outer ray"),
+    *_AXIAL,
+    *_sides_of("solid's chord", "leg's end", "leg's start"),
 )
 # Where two rims are nearest to each other, no chord shows the way, but directions this far apart serve to 1 % of the
 # distance.
@@ -48,17 +44,7 @@ _OBLIQUE = {
     for angle in range(0, 360, STEP_DEG)
     if angle % 90
 }
-SOLID_DIRECTIONS = (
-    "above",
-    "below",
-    "outwards",
-    "inwards",
-    "first chord, left",
-    "first chord, right",
-    "second chord, left",
-    "second chord, right",
-    *_OBLIQUE,
-)
+SOLID_DIRECTIONS = (*_AXIAL, *_sides_of("first chord", "second chord"), *_OBLIQUE)
 # A start keeps to the first: an oblique direction serves a design as it is, but does not turn with it.
 STARTING_SOLID_DIRECTIONS = len(SOLID_DIRECTIONS) - len(_OBLIQUE)
 # The chords that a leg's own directions are normal to; a solid's chord is the last.
