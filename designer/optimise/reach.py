@@ -23,6 +23,8 @@ Interval = tuple[float, float]
 
 # What depends on the baseline is looked at for so many of them, since it need not be largest at either end.
 SAMPLED_BASELINES = 17
+# Starts may overfill the image circle by a little.
+WIDEST_START = 1.05
 
 
 def sampled(baselines: Interval) -> list[float]:
@@ -73,11 +75,14 @@ def _viewpoints(variant: Variant, specification: Specification, baselines: Inter
     return low, high
 
 
-def secondary_vertices(variant: Variant, specification: Specification, baselines: Interval) -> Interval:
+def secondary_vertices(
+    variant: Variant, specification: Specification, baselines: Interval, shortest_principal_distance: float
+) -> Interval:
     """Least and greatest height of a secondary's vertex if its used ring lies in the envelope, mm.
 
     The ring's height is v (1 - t^2) / (1 - mu t^2), with |mu| t^2 < 1 at its outer end (docs/theory.md, section 2): the
-    narrower the ring, the farther its vertex can lie from it. A convex face has its vertex below the ring.
+    narrower the ring, the farther its vertex can lie from it. A face of mu >= 1 has its vertex below the ring, another
+    one above it by no more than the image circle is wide behind the shortest lens.
     """
     narrowest = max(
         (inner / outer) ** 2
@@ -89,4 +94,7 @@ def secondary_vertices(variant: Variant, specification: Specification, baselines
     most = specification.lens_front + specification.envelope_height
     if variant.configuration.mirror_kinds.get("secondary") is MirrorKind.ELLIPSOID:
         most *= 1.0 + narrowest
+    if variant.fold is not None and min(variant.fold.inverse_gains) < 1.0:
+        rim = float(specification.law.half_tangent(specification.image_radius / shortest_principal_distance))
+        most /= 1.0 - min(narrowest * (WIDEST_START * rim) ** 2, 0.9)
     return least, most

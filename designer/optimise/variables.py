@@ -200,7 +200,7 @@ def _lower_viewpoint_range(variant: Variant, asked: Specification, free: FreeRan
 
 
 def _secondary_height_reach(variant: Variant, asked: Specification, free: FreeRanges) -> tuple[float, float]:
-    low, high = secondary_vertices(variant, asked, free.baseline)
+    low, high = secondary_vertices(variant, asked, free.baseline, free.principal_distance[0])
     given = free.fixed.get("secondary.vertex_mm", high)
     return max(min(low, given), LOWEST_VERTEX_MM), max(high, given)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import event, given, settings
+from hypothesis import event, example, given, settings
 from hypothesis import strategies as st
 
 from designer.optimise.reach import lower_viewpoints, secondary_vertices
@@ -37,6 +37,7 @@ def test_a_design_is_found_where_there_is_one(file, configuration):
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 10_000), st.sampled_from(VARIANTS))
+@example(3562, next(each for each in VARIANTS if each.configuration.name == "folded-PaPa-Hy-upper_outer"))
 def test_nothing_outside_its_interval_has_its_mirrors_in_the_envelope(seed, variant):
     """Random designs anywhere: those whose last mirrors lie in the envelope have viewpoints and vertices within."""
     requirement = random_requirement(np.random.default_rng(seed))
@@ -57,7 +58,7 @@ def test_nothing_outside_its_interval_has_its_mirrors_in_the_envelope(seed, vari
     viewpoints = np.broadcast_to(values["lower_viewpoint"], in_envelope.shape)[in_envelope]
     assert np.all((viewpoints >= low) & (viewpoints <= high))
     if variant.fold is not None:
-        low, high = secondary_vertices(variant, asked, free.baseline)
+        low, high = secondary_vertices(variant, asked, free.baseline, free.principal_distance[0])
         from_pinhole = system.layout.mirrors[0].surface.height(system.layout.mirrors[0].used_radii[0])
         near = in_envelope & (from_pinhole > asked.nearest_mirror)
         heights = np.broadcast_to(values["secondary_height"], in_envelope.shape)[near]
