@@ -44,7 +44,7 @@ def tolerance(
     trials, seed
         How many sensors to trace, and the seed from which they are drawn.
     align
-        Name of a mirror that assembly moves along the axis for the best.
+        Name of a mirror that is adjusted along the axis at assembly.
     calibration
         What calibration finds: centre, scale and turn of each of the ``views``, of the whole ``image`` (which is all
         that ``designer stereo`` takes), or ``none``.

@@ -1,7 +1,8 @@
 """Tolerances of a sensor's parts: three grades, or the engineer's own in a TOML file.
 
 A tolerance is the largest magnitude of a departure. Grades are in the style of the classes of ISO 2768 and ISO 10110:
-round numbers of what a general workshop, a good optical one and a precise one hold. They are nobody's offer.
+round numbers of what a general workshop, a good optical one and a precise one hold, and no manufacturer's
+specification.
 """
 
 from __future__ import annotations

@@ -48,9 +48,9 @@ CALIBRATED = {
     type=click.Choice(["views", "image", "none"]),
     default="views",
     show_default=True,
-    help="Whose centre, scale and turn are found: each view's, the whole image's, nobody's.",
+    help="What is calibrated (centre, scale, rotation): each view, the whole image, or nothing.",
 )
-@click.option("--align", metavar="MIRROR", help="Mirror that assembly moves along the axis for the best.")
+@click.option("--align", metavar="MIRROR", help="Mirror to be adjusted along the axis at assembly.")
 @click.option(
     "--write-trial", "numbers", type=int, multiple=True, help="Also write trial N as a design file; may be repeated."
 )
@@ -66,7 +66,7 @@ def tolerance(
     numbers: tuple[int, ...],
     out: Path,
 ) -> None:
-    """Say what each departure of a sensor built to DESIGN.json does, and how many sensors turn out good.
+    """Report the effect of each manufacturing departure from DESIGN.json, and the yield.
 
     Exit code 1 if the ray tracer rejects the design itself: the first line says why.
     """
@@ -111,7 +111,7 @@ def describe(study: ToleranceStudy) -> list[str]:
     _, middle, worst = (_percent(value) for value in percentiles(trials.depth_error_after))
     apart = percentiles(trials.measured.centres_apart_px)
     low, high = (100.0 * end for end in result.interval)
-    aligned = "" if study.align is None else f"{study.align} mirror moved along the axis for the best, "
+    aligned = "" if study.align is None else f"{study.align} mirror adjusted along the axis, "
     lines = [
         f"{study.model.design.configuration}: depth error {100.0 * study.model.noise:.4g} % as designed "
         f"({noise_in_words(study.model.design)})",
@@ -179,7 +179,7 @@ def _percent(value: float) -> str:
 
 
 def _number(value: float, decimals: int) -> str:
-    """A number, ``no depth`` where rays part and ``blind`` where the mirrors do not show all points."""
+    """A number, ``no depth`` where the rays diverge and ``blind`` where the mirrors do not show all points."""
     if value != value:
         return "blind"
     return "no depth" if value == float("inf") else f"{value:.{decimals}f}"

@@ -216,7 +216,7 @@ def matching_noise(
     """Standard deviation, in mm on the sensor, of a matched point's radial position in the upper and the lower view.
 
     The two are independent parts of the error of one match: its depth error is that of
-    :func:`designer.evaluate.depth.slope_error` for the one and the other view, added in squares.
+    :func:`designer.evaluate.depth.slope_error` for the one and the other view, added in quadrature.
 
     Parameters
     ----------
