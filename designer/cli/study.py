@@ -100,8 +100,8 @@ def study(
 
 
 def _tell_beforehand(asked: Requirement, folder: Path, kept: list[str]) -> None:
+    from designer.own_files import listed
     from designer.requirement.notes import notes_on
-    from designer.study.manifest import listed
 
     if kept:
         click.echo(f"{folder}: not written by the study, and kept: {listed(kept)}", err=True)
