@@ -48,7 +48,7 @@ def test_a_check_that_breaks_down_is_said_and_stops_nothing(
     camera = design.camera.model_copy(update={"width_px": 16})
     other = design.model_copy(update={"camera": camera})
     broken = partial(raising, tmp_path, {design.configuration: ALWAYS}, name_of_design, pass_check)
-    monkeypatch.setattr(checks, "_check_and_write", broken)
+    monkeypatch.setattr(checks, "_check_half", broken)
     told: list[CheckProgress] = []
     assert check_designs([design], folder, progress=told.append) == {design.configuration: False}
     (step,) = told
