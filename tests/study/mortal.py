@@ -53,7 +53,7 @@ def name_of_configuration(requirement: Any, configuration: Any) -> str:
     return str(configuration.name)
 
 
-def name_of_first(requirement: Any, first: Any) -> str:
+def name_of_first(requirement: Any, first: Any, warm_starts: Any) -> str:
     return str(first.problem.variant.configuration.name)
 
 
