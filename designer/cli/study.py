@@ -110,9 +110,13 @@ def _tell_beforehand(asked: Requirement, folder: Path, kept: list[str]) -> None:
 
 
 def _run(asked: Requirement, folder: Path, with_pdf: bool, checks: int, jobs: int | None, quiet: bool) -> None:
+    from designer.study.process_pool import cores, start_server
+
+    # It imports the solver while this process imports the rest.
+    start_server("designer.study.task")
+
     from designer.cli.progress import show_progress
     from designer.study.folder import with_checks
-    from designer.study.process_pool import cores
     from designer.study.run import run_study
 
     with show_progress(quiet=quiet) as progress:

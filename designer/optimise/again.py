@@ -8,7 +8,7 @@ feasible here is followed if it does better there, by the size of the objective,
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
@@ -105,14 +105,14 @@ def least_again(
     own: Sequence[WarmStart],
     neighbours: Sequence[Sequence[WarmStart]],
     fresh: Fresh | None = None,
-    is_worth: Callable[[int, int], bool] = lambda lens, variant: True,
+    hopeless: Collection[tuple[int, int]] = (),
 ) -> tuple[Candidate, tuple[WarmStart, ...]] | None:
     """The same for the first objective alone: its best new design, and where every lens and variant ends now.
 
-    ``is_worth`` says of a lens and a variant, by their numbers, whether to look at it.
+    ``hopeless`` are pairs of a lens and a variant, by their numbers, that are not looked at.
     """
     goal = requirement.objective.minimise
-    branches = _branches(requirement, configuration, own, neighbours, fresh, is_worth)
+    branches = _branches(requirement, configuration, own, neighbours, fresh, hopeless)
     found = [design for again in branches for design in again.found]
     if not found:
         return None
@@ -131,7 +131,7 @@ def _branches(
     own: Sequence[WarmStart],
     neighbours: Sequence[Sequence[WarmStart]],
     fresh: Fresh | None,
-    is_worth: Callable[[int, int], bool] = lambda lens, variant: True,
+    hopeless: Collection[tuple[int, int]] = (),
 ) -> list[_Branch]:
     """Every lens and variant after its first stage, but those of which nothing is known and nothing sought."""
     first = Target(requirement.objective.minimise)
@@ -140,7 +140,7 @@ def _branches(
     for (lens_index, lens), (variant_index, variant) in product(
         enumerate(requirement.camera.lenses), enumerate(enumerate_variants(configuration))
     ):
-        if not is_worth(lens_index, variant_index):
+        if (lens_index, variant_index) in hopeless:
             continue
         if why_impossible(variant, specification_of(requirement, lens), free_ranges(requirement, lens)) is not None:
             continue

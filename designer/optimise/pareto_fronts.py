@@ -111,8 +111,8 @@ def _shared(
     asked = [_bounded(requirement, size, bound) for bound in bounds]
     known: list[Sequence[WarmStart]] = [(_warm_start(requirement, design),) for design in designs]
     configuration = designs[0].problem.variant.configuration
-    # A bound takes designs away and adds none.
-    least = {(start.lens, start.variant): start.first_value or 0.0 for start in unbounded}
+    # A bound takes designs away and adds none: a variant does no better within it than this.
+    least = {(start.lens, start.variant): start.first_value for start in unbounded if start.first_value is not None}
     is_first = True
     waiting = set(range(len(bounds)))
     while waiting:
@@ -127,7 +127,7 @@ def _shared(
                 known[place],
                 beside if place else [unbounded, *beside],
                 Fresh(FEW_STARTS, place + 1) if is_fresh else None,
-                lambda lens, variant, reached=reached: least.get((lens, variant), 0.0) < reached,
+                [branch for branch, value in least.items() if value >= reached],
             )
             if result is None:
                 continue
