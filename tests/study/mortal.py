@@ -73,3 +73,11 @@ def square(number: int) -> int:
 
 def pass_check(design: Any, folder: Path, seed: int, through_lens: bool) -> Half:
     return Half(1, 1.0, {"passed": True} if through_lens else None)
+
+
+def break_at_the_pinhole(design: Any, folder: Path, seed: int, through_lens: bool) -> Half:
+    if not through_lens:
+        raise RuntimeError("broken")
+    folder.mkdir(parents=True)
+    (folder / "raw.png").touch()
+    return pass_check(design, folder, seed, through_lens)
