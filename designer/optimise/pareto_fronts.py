@@ -111,7 +111,7 @@ def _shared(
     asked = [_bounded(requirement, size, bound) for bound in bounds]
     known: list[Sequence[WarmStart]] = [(_warm_start(requirement, design),) for design in designs]
     configuration = designs[0].problem.variant.configuration
-    # A bound takes designs away and adds none: a variant does no better within it than this.
+    # A bound takes designs away and adds none: a variant does no better within it, if its search found the best.
     least = {(start.lens, start.variant): start.first_value for start in unbounded if start.first_value is not None}
     is_first = True
     waiting = set(range(len(bounds)))
