@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import pandas as pd
-
 from designer.goals import GOALS, in_columns
 
-if TYPE_CHECKING:  # tables are read without the solver
+if TYPE_CHECKING:  # tables are read without the solver, and processes that solve need no tables
+    import pandas as pd
+
     from designer.configurations import Configuration
     from designer.design import Design
     from designer.evaluate.focus import FocusScore

@@ -74,7 +74,9 @@ def length_unit(longest_mm: float) -> tuple[float, str]:
 def svg_bytes(figure: Figure) -> bytes:
     """The figure as SVG, without date or other noise: equal figures give equal bytes."""
     # The first layout makes room for the ticks of an axis of another length; the second knows those that are drawn.
-    figure.draw_without_rendering()
+    layout = figure.get_layout_engine()
+    if layout is not None:
+        layout.execute(figure)
     stream = io.BytesIO()
     figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
     return stream.getvalue()
