@@ -79,6 +79,8 @@ def can_fold(primary: MirrorKind, secondary: MirrorKind) -> bool:
 
 
 # The view that each mirror gives which gives one alone.
+MIRROR_NAMES = ("lower", "upper", "primary", "secondary", "direct")
+"""Those of the direct family, then those of the folded one."""
 VIEW_OF_SINGLE_MIRROR: dict[str, ViewName] = {"lower": "lower", "upper": "upper", "direct": "upper"}
 
 FOLDING_PAIRS = tuple(pair for pair in product(MirrorKind, MirrorKind) if can_fold(*pair))

@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError, fiel
 
 from designer.as_built.dual import Array
 from designer.as_built.parameters import CAMERA, Parameter
+from designer.configurations import MIRROR_NAMES
 from designer.design import Design
 from designer.files import InputError, describe_validation_error, read_text
 
@@ -150,8 +151,8 @@ _TOLERANCE_OF = {
 }
 
 
-def read_tolerances(path: Path, design: Design) -> Tolerances:
-    """Read and validate a file of tolerances for a design.
+def read_tolerances(path: Path, design: Design | None = None) -> Tolerances:
+    """Read and validate a file of tolerances for a design, or for any.
 
     Raises
     ------
@@ -160,12 +161,14 @@ def read_tolerances(path: Path, design: Design) -> Tolerances:
         have, or gives a plane a radius or another mirror the curvature of a plane: one line says what is allowed.
     """
     text = read_text(path, largest_bytes=1_000_000)
-    names = [mirror.name for mirror in design.mirrors]
+    names = MIRROR_NAMES if design is None else tuple(mirror.name for mirror in design.mirrors)
     try:
         tolerances = Tolerances.model_validate(tomllib.loads(text))
         for name, table in tolerances.mirror.items():
             if name not in names:
                 raise InputError(f"{path}: mirror.{name}: must be a mirror of the design: {', '.join(names)}")
+            if design is None:
+                continue
             is_plane = design.mirror(name).radius_mm is None
             for key in ("radius_percent", "conic") if is_plane else ("plane_curvature_per_m",):
                 if getattr(table, key) is not None:

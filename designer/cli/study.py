@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 
 import click
 
+from designer.cli.tolerated import forgiveness, tolerances_named, tolerate_best
 from designer.extras import needs, require_extra
 from designer.files import InputError
 
 if TYPE_CHECKING:
+    from designer.as_built.tolerances import Tolerances
     from designer.requirement import Requirement
     from designer.requirement.model import Objective
     from designer.study.columns import Column
@@ -65,6 +67,14 @@ def _is_requirement(word: str) -> bool:
     show_default=True,
     help="Number of best designs to check end to end; 0 for none.",
 )
+@click.option(
+    "--tolerances",
+    is_flag=False,
+    flag_value="precision",
+    metavar="[GRADE|FILE.toml]",
+    help="Also build sensors of the best designs within tolerances (docs/tolerances.md): coarse, standard, precision "
+    "(if none is named), or a file.",
+)
 @click.option("--jobs", type=click.IntRange(min=1), help="Number of processes.  [default: one per core]")
 @click.option("--quiet", is_flag=True, help="Print nothing.")
 def study(
@@ -73,6 +83,7 @@ def study(
     no_pdf: bool,
     only: tuple[str, ...],
     checks: int,
+    tolerances: str | None,
     jobs: int | None,
     quiet: bool,
 ) -> None:
@@ -89,6 +100,7 @@ def study(
     if checks:
         require_extra("imaging", "checking designs end to end", "or use --checks 0")
         _refuse_too_large(asked)
+    tolerated = None if tolerances is None else tolerances_named(tolerances)
 
     from designer.study.claim import claimed
     from designer.study.names import names_of_study
@@ -96,7 +108,7 @@ def study(
     with claimed(folder, names_of_study(each.name for each in asked.configurations)) as kept:
         if not quiet:
             _tell_beforehand(asked, folder, kept)
-        _run(asked, folder, not no_pdf, checks, jobs, quiet)
+        _run(asked, folder, not no_pdf, checks, tolerated, jobs, quiet)
 
 
 def _tell_beforehand(asked: Requirement, folder: Path, kept: list[str]) -> None:
@@ -109,7 +121,15 @@ def _tell_beforehand(asked: Requirement, folder: Path, kept: list[str]) -> None:
         click.echo(f"note: {note}", err=True)
 
 
-def _run(asked: Requirement, folder: Path, with_pdf: bool, checks: int, jobs: int | None, quiet: bool) -> None:
+def _run(
+    asked: Requirement,
+    folder: Path,
+    with_pdf: bool,
+    checks: int,
+    tolerated: tuple[Tolerances, str] | None,
+    jobs: int | None,
+    quiet: bool,
+) -> None:
     from designer.study.process_pool import cores, start_server
 
     # It imports the solver while this process imports the rest.
@@ -122,6 +142,8 @@ def _run(asked: Requirement, folder: Path, with_pdf: bool, checks: int, jobs: in
     with show_progress(quiet=quiet) as progress:
         found = run_study(asked, folder, jobs=jobs or cores(), progress=progress)
     _check_best(found, folder, checks, jobs or cores(), quiet)
+    if tolerated is not None and found.feasible:
+        found = tolerate_best(found, folder, *tolerated, jobs or cores(), quiet)
     whole = with_checks(found, folder)
     page = _write_page(whole, folder)
     pdf = None
@@ -213,7 +235,7 @@ def _result(found: Study, folder: Path, pdf: Path | None) -> str:
 
     parts = [*_ranking(found), _counts(found)]
     if found.feasible:
-        parts += [*_lenses(found), *_notes_on_best(found, folder, pdf)]
+        parts += [*_lenses(found), *forgiveness(found), *_notes_on_best(found, folder, pdf)]
     else:
         parts += _why_nothing(found)
     parts.append(f"{pdf or folder / RESULTS}")

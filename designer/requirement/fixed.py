@@ -6,13 +6,12 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from designer.configurations import MIRROR_NAMES
 from designer.design import VIEW_NAMES
 from designer.requirement.coherence import check_fixed_numbers
 from designer.requirement.names import nearest
 from designer.requirement.part import Part
 from designer.requirement.quantity import Quantity, refuse
-
-MIRROR_NAMES = ("lower", "upper", "primary", "secondary", "direct")
 
 
 class FixedMirror(Part):

@@ -41,6 +41,7 @@ from designer.study.names import (
     PROVENANCE,
     REQUIREMENT,
     RESULTS,
+    TOLERANCES,
     UNCHECKED,
     check_folder,
     design_name,
@@ -170,7 +171,8 @@ def read_study(folder: Path) -> Study:
     pareto = _read_pareto(folder / PARETO) if (folder / PARETO).exists() else ()
     provenance = _read_json(folder / PROVENANCE) if (folder / PROVENANCE).exists() else {}
     lenses = _read_lenses(folder / LENSES) if (folder / LENSES).exists() else ()
-    return with_checks(Study(requirement, rows, designs, pareto, provenance, lenses=lenses), folder)
+    study = Study(requirement, rows, designs, pareto, provenance, lenses=lenses)
+    return with_checks(with_tolerances(study, folder), folder)
 
 
 def read_stored_requirement(folder: Path) -> Requirement:
@@ -209,6 +211,21 @@ def with_checks(study: Study, folder: Path) -> Study:
         checked={name: check for name, check in checks.items() if check is not None},
         unchecked={name: reason for name, reason in reasons.items() if reason is not None},
     )
+
+
+def with_tolerances(study: Study, folder: Path) -> Study:
+    """The study with what its best designs forgive, if that stands in its folder.
+
+    Raises
+    ------
+    InputError
+        The file cannot be understood.
+    """
+    if not (folder / TOLERANCES).exists():
+        return study
+    from designer.study.tolerances import read_tolerances_of_study
+
+    return replace(study, tolerances=read_tolerances_of_study(folder, tuple(study.designs.values())))
 
 
 def read_rows(folder: Path) -> tuple[Row, ...]:

@@ -11,6 +11,7 @@ PARETO = "fronts.csv"
 LENSES = "lenses.csv"
 REQUIREMENT = "requirement.toml"
 PROVENANCE = "provenance.json"
+TOLERANCES = "tolerances.json"
 CHECKS = "checks"
 UNCHECKED = "unchecked.json"
 """In a check's folder: why a design could not be checked."""
@@ -49,7 +50,7 @@ def figure_name(file: str) -> str:
 
 def names_of_study(configurations: Iterable[str]) -> tuple[str, ...]:
     """The names of all files that a study of some configurations may write, but for figures."""
-    names = [REQUIREMENT, RESULTS, PARETO, LENSES, PROVENANCE, PDF, PAGE, figure_name(FIGURE_LIST)]
+    names = [REQUIREMENT, RESULTS, PARETO, LENSES, PROVENANCE, TOLERANCES, PDF, PAGE, figure_name(FIGURE_LIST)]
     for configuration in configurations:
         names += [design_name(configuration), *names_of_check(configuration)]
     return tuple(names)

@@ -12,8 +12,9 @@ from designer.design import Design
 from designer.requirement import Requirement
 from designer.study.row import Row
 
-if TYPE_CHECKING:  # OpenCV, which a study without checks does not need
+if TYPE_CHECKING:  # OpenCV, which a study without checks does not need; and the tracer of built sensors
     from designer.study.checked import CheckedDesign
+    from designer.study.tolerances import StudyTolerances
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +62,7 @@ class Study:
     order; ``pareto`` the Pareto fronts of the best; ``provenance`` where the results come from, as JSON. ``checked``
     holds the end-to-end checks by configuration, ``unchecked`` the reason for each design whose check broke down.
     ``lenses`` has a row for each configuration and lens of a catalogue, in the order of ``rows``, then of the
-    requirement; none if there is one lens only.
+    requirement; none if there is one lens only. ``tolerances`` is what the best designs forgive, if that was asked.
     """
 
     requirement: Requirement
@@ -72,6 +73,7 @@ class Study:
     checked: Mapping[str, CheckedDesign] = field(default_factory=dict)
     unchecked: Mapping[str, str] = field(default_factory=dict)
     lenses: tuple[LensRow, ...] = ()
+    tolerances: StudyTolerances | None = None
 
     @property
     def name(self) -> str:

@@ -10,6 +10,7 @@ from designer.design import Design
 from designer.evaluate.depth import FIRST_ORDER_BOUND
 from designer.evaluate.score import recorded_fabrication_notes
 from designer.goals import GOALS
+from designer.report.content.as_built import as_built
 from designer.report.content.check_section import check_heading, check_page, unchecked_line
 from designer.report.content.design_facts import design_groups, winner_groups
 from designer.report.content.lens import lens_sentences, other_projections
@@ -72,6 +73,7 @@ def source(study: Study, drawings: Drawings, note: str = "") -> str:
             page(row, design, drawings) for row, design in study.best() for page in (design_page, lens_page)
         ),
         checks(study),
+        as_built(study, drawings),
         "#pagebreak(weak: true)\n" if study.feasible else "",
         '#[#set text(size: 9.3pt)\n#include "method.typ"\n',
         other_projections(study.requirement.camera.lenses),

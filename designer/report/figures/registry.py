@@ -26,6 +26,7 @@ from designer.report.figures.resolution import draw_resolution
 from designer.report.figures.style import svg_bytes
 from designer.report.figures.through_focus import draw_depth_of_field, draw_through_focus
 from designer.report.figures.trade import draw_pareto_fronts, draw_trade
+from designer.report.figures.yield_curves import draw_yield_curves
 from designer.report.figures.zone_edges import draw_zone_edges
 from designer.study.checked import CheckedDesign
 from designer.study.study import Study
@@ -39,6 +40,7 @@ PAGE_DRAWING, PAGE_PANEL = "drawing on a design's page", "panel on a design's pa
 CHECK_TOP, CHECK_WIDE, CHECK_BOTTOM = "first row of a check", "across a check's page", "last row of a check"
 LENS_WIDE, LENS_PANEL = "across a design's second page", "panel on a design's second page"
 TRADE = "trade-offs"
+AS_BUILT = "sensors as built"
 TRADE_HEIGHT_MM = 65.0
 """Height of a plot across a page, three of which fill it."""
 _FEW, _HALF_A_PAGE_MM = 6, 96.0
@@ -118,6 +120,14 @@ def _pareto(column: str) -> Callable[[Study, float, float], Drawing | None]:
         )
 
     return draw
+
+
+def _yield_curves(study: Study, width_mm: float, height_mm: float) -> Drawing | None:
+    found = study.tolerances
+    if found is None or all(each.median is None for each in found.designs):
+        return None
+    ranks = {row.configuration: row.rank or 0 for row in study.feasible}
+    return Drawing(svg_bytes(draw_yield_curves(found.designs, ranks, width_mm, height_mm)))
 
 
 def _allowed(study: Study, column: str) -> float | None:
@@ -230,6 +240,13 @@ STUDY_FIGURES: tuple[ReportFigure[Study], ...] = (
     ReportFigure("fronts-height", TRADE, (165.0, TRADE_HEIGHT_MM), _pareto("height_mm"), _pareto_caption("height_mm")),
     ReportFigure(
         "fronts-diameter", TRADE, (165.0, TRADE_HEIGHT_MM), _pareto("diameter_mm"), _pareto_caption("diameter_mm")
+    ),
+    ReportFigure(
+        "yield-curves",
+        AS_BUILT,
+        (165.0, TRADE_HEIGHT_MM),
+        _yield_curves,
+        _always("Share of the sensors with at most this depth error, for the best designs by rank; dots: as designed."),
     ),
 )
 """Figures of the study as a whole."""
