@@ -51,7 +51,8 @@ class MirrorBounds:
 
     ``highest`` is the greatest height of a face that looks down, ``widest`` the greatest radius of a mirror,
     ``steepest`` the greatest slope of a face as a tangent, ``barrel`` the greatest slope from the axis of a ray through
-    the lens. ``reciprocal_focus`` is 1 / u of the plane in focus, 1/mm; infinite if it is free.
+    the lens. ``reciprocal_focus`` is 1 / u of the plane in focus, 1/mm, ``upper_viewpoint`` the greatest height of the
+    upper viewpoint, and ``gains`` are the greatest gains of the lower and of the upper view; infinite if they are free.
     """
 
     edge_margin: float
@@ -63,6 +64,8 @@ class MirrorBounds:
     barrel: float
     pupil_radius: float = 0.0
     reciprocal_focus: float = np.inf
+    upper_viewpoint: float = np.inf
+    gains: tuple[float, float] = (np.inf, np.inf)
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +114,10 @@ def margin_gains(
     outer, inner = ("upper", "lower") if upper_is_outer else ("lower", "upper")
     widest = float(image.law.half_tangent(image.image_radius_mm / principal_distance))
     widest = min(widest, bounds.barrel / (1.0 + np.hypot(1.0, bounds.barrel)) if np.isfinite(bounds.barrel) else 1.0)
-    largest = widest / tangents[outer][1]
+    most = {view: _most_gain(mirrors, view, tangents[view][1], bounds) for view in tangents}
+    largest = min(widest / tangents[outer][1], most[outer])
+    if largest <= 0.0:
+        return 0.0, 0.0
     outer_gain = largest * np.linspace(0.0, 1.0, _OUTER_NODES)[1:, None]
     begins = outer_gain * tangents[outer][0]
     left = principal_distance * image.law.ratio(begins) - image.zone_gap_mm
@@ -125,7 +131,8 @@ def margin_gains(
             view: _zone(mirrors, view, tangents[view], gains[view], begins if view == inner else None, far, bounds)
             for view in gains
         }
-        has_room = _has_room(mirrors, zones, outer, baseline, tangents["upper"], bounds) & (inner_ends > 0.0)
+        has_room = _has_room(mirrors, zones, outer, baseline, tangents["upper"], bounds)
+        has_room &= (inner_ends > 0.0) & (inner_gain <= most[inner] * (1.0 + 1e-9))
         if image.law.is_perspective:
             # The image's own gap, and half of each zone's blur.
             mixed = _mixing(zones, outer, baseline, tangents["upper"], bounds)
@@ -277,6 +284,15 @@ def _heights_of_outer(
     return face, face
 
 
+def _most_gain(mirrors: FirstMirrors, view: str, tangent: float, bounds: MirrorBounds) -> float:
+    """The greatest gain that is allowed and that no concave direct mirror is too steep for, at its outer end."""
+    sign, allowed = (mirrors.upper, bounds.gains[1]) if view == "upper" else (mirrors.lower, bounds.gains[0])
+    if sign is None or sign > 0:
+        return allowed
+    steepest = bounds.steepest
+    return min(allowed, max(steepest - tangent, 0.0) / (tangent * (1.0 + steepest * tangent)))
+
+
 def _zone(
     mirrors: FirstMirrors,
     view: str,
@@ -334,7 +350,8 @@ def _highest_viewpoint(zone: _Zone, tangents: Array, bounds: MirrorBounds) -> Ar
     heights = [_relative_height(zone.gain, at) for at in (zone.inner, zone.outer)]
     rim = np.maximum(zone.outer * (1.0 - zone.gain) / (zone.gain + zone.outer**2), 0.0) * bounds.edge_margin
     least = np.minimum(bounds.highest / heights[0], (bounds.highest - rim) / heights[1])
-    return np.asarray(np.minimum(least, (bounds.widest - bounds.edge_margin) / _slope(zone.outer) / heights[1]))
+    least = np.minimum(least, (bounds.widest - bounds.edge_margin) / _slope(zone.outer) / heights[1])
+    return np.asarray(np.minimum(least, bounds.upper_viewpoint))
 
 
 def _face_height(zone: _Zone, viewpoint: Array, at: Array, bounds: MirrorBounds) -> Array:

@@ -18,7 +18,8 @@ from designer.evaluate.score import evaluate_design
 from designer.goals import in_columns
 from designer.optics.layout import Layout, PlacedMirror
 from designer.optics.view import elevation_tangents_of_views
-from designer.optimise.limit import LensSetting, conditions_of, margin_limit_of
+from designer.optimise.limit import conditions_of
+from designer.optimise.margin_limit import LensSetting, margin_limit_of
 from designer.optimise.multistart import Candidate
 from designer.optimise.search import SearchResult
 from designer.optimise.specification import specification_of
@@ -207,9 +208,9 @@ def _score(requirement: Requirement, result: SearchResult, record: Design) -> St
 
 def _margin_limit_ratio(best: Candidate, record: Design, depth_error: float | None) -> float | None:
     """The score over the limit with margins for the design's own lens, as it is set, and mean noise."""
-    camera, problem = record.camera, best.problem
+    camera = record.camera
     setting = LensSetting(camera.focal_length_mm, 2.0 * camera.pupil_radius_mm, best.values["reciprocal_focus"])
-    limit = margin_limit_of(problem.variant, problem.specification, record.baseline_mm, setting, noise_mm_of(record))
+    limit = margin_limit_of(best.problem, record.baseline_mm, setting, noise_mm_of(record))
     return None if limit is None or depth_error is None else depth_error / limit
 
 

@@ -10,7 +10,7 @@ import pytest
 from designer.evaluate.depth import Volume
 from designer.evaluate.limit import ImageBounds, arrangement_of, limit_gains
 from designer.evaluate.margin_limit import FirstMirrors, MirrorBounds, margin_gains
-from designer.optimise.limit import LensSetting, margin_gains_of, margin_limit_of
+from designer.optimise.margin_limit import LensSetting, margin_gains_of, margin_limit_of
 from designer.optimise.problem import evaluate
 from designer.optimise.search import search
 from designer.requirement import Requirement, set_key
@@ -37,7 +37,14 @@ def test_without_margins_and_envelope_it_is_the_limit(family, topology):
 @pytest.mark.parametrize(("family", "topology"), ARRANGEMENTS)
 @pytest.mark.parametrize(
     "tighter",
-    [{"edge_margin": 1.0}, {"clearance": 1.0}, {"highest": 137.0}, {"barrel": 0.15}],
+    [
+        {"edge_margin": 1.0},
+        {"clearance": 1.0},
+        {"highest": 137.0},
+        {"barrel": 0.15},
+        {"upper_viewpoint": 120.0},
+        {"gains": (0.03, 0.03)},
+    ],
     ids=lambda change: next(iter(change)),
 )
 def test_what_takes_up_room_takes_gain(family, topology, tighter):
@@ -114,7 +121,7 @@ CASES = [
 def test_designs_near_the_limit_stay_below_it_and_reach_it(requirement, name, reached):
     problem, values, gains, keeps = designs_near_the_limit(shipped_requirement(requirement), name, 3_000)
     setting = LensSetting(float(values["principal_distance"][0]), float(values["focal_length"][0]) / 11.0, 1.0 / 150.0)
-    bound = margin_gains_of(problem.variant, problem.specification, float(values["baseline"][0]), setting)
+    bound = margin_gains_of(problem, float(values["baseline"][0]), setting)
     assert keeps.sum() >= 20
     assert (gains[keeps] <= np.array(bound) * (1.0 + 1e-9)).all()
     inner = "lower" if problem.variant.configuration.topology == "upper_outer" else "upper"
@@ -138,8 +145,7 @@ def test_no_design_of_a_random_requirement_beats_it(seed):
             values, specification = design.values, design.problem.specification
             pupil = values["focal_length"] / values["f_number"]
             setting = LensSetting(values["principal_distance"], pupil, values["reciprocal_focus"])
-            at = (design.problem.variant, specification, values["baseline"], setting)
-            limit = margin_limit_of(*at, float(specification.noise))
+            limit = margin_limit_of(design.problem, values["baseline"], setting, float(specification.noise))
             assert limit is not None
             assert design.goals["depth_error"] >= limit * (1.0 - 1e-6)
 
@@ -156,5 +162,5 @@ def test_ratios_that_only_margins_cause_are_one(shipped, name, most):
     pupil = values["focal_length"] / values["f_number"]
     setting = LensSetting(values["principal_distance"], pupil, values["reciprocal_focus"])
     specification = design.problem.specification
-    limit = margin_limit_of(design.problem.variant, specification, values["baseline"], setting, specification.noise)
+    limit = margin_limit_of(design.problem, values["baseline"], setting, specification.noise)
     assert 1.0 <= design.goals["depth_error"] / limit <= most
