@@ -56,6 +56,11 @@ def skew_ray(axis: int) -> float:
     return float(on_the_wall([[0.4, 0.3, 0.0]], [[0.01, 0.1, 1.0]])[0, axis])
 
 
+def another_skew_ray(axis: int) -> float:
+    """A steeper one, from the other side of the pinhole."""
+    return float(on_the_wall([[0.2, -0.3, 0.0]], [[-0.02, 0.12, 1.0]])[0, axis])
+
+
 def spot() -> float:
     """Root mean square radius of what 24 parallel rays through the pupil make on the wall."""
     angles, radii = np.meshgrid(np.arange(8) * np.pi / 4.0, [0.25, 0.5, 0.75])
@@ -130,6 +135,9 @@ ROWS = (
     Row("optiland_skew_z_mm", "the same ray, height on the wall", "mm", lambda: skew_ray(2), ".10f"),
     Row("optiland_spot_mm", "rms radius of the spot of 24 rays of the pupil on the wall", "mm", spot, ".10f",
         convergence="the same 24 rays in both"),
+    Row("rayoptics_skew_x_mm", "another skew ray through the pair, x on the wall", "mm", lambda: another_skew_ray(0),
+        ".10f"),
+    Row("rayoptics_skew_z_mm", "the same ray, height on the wall", "mm", lambda: another_skew_ray(2), ".10f"),
     Row("povray_height_mm", "height on a round wall that a pixel of a rendered image shows", "mm",
         shown_by_povray, ".4f", few_digits="a tone of 16 bits for 800 mm: steps of 0.012 mm"),
     Row("alhazen_sphere", "image of a point in a sphere, tan(psi)", "", lambda: aimed(0.0), ".12f",
