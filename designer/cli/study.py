@@ -100,8 +100,8 @@ def study(
 
 
 def _tell_beforehand(asked: Requirement, folder: Path, kept: list[str]) -> None:
+    from designer.own_files import listed
     from designer.requirement.notes import notes_on
-    from designer.study.manifest import listed
 
     if kept:
         click.echo(f"{folder}: not written by the study, and kept: {listed(kept)}", err=True)
@@ -136,14 +136,14 @@ def report(folder: Path) -> None:
     """Typeset study.pdf and write study.html again from the folder of a study."""
     if not folder.is_dir():
         raise InputError(f"{folder}: must be the folder of a study")
-    from designer.study.claim import locked
+    from designer.study.claim import locked_study
     from designer.study.folder import read_study
     from designer.study.names import REQUIREMENT, RESULTS
 
     if not (folder / RESULTS).exists() and not (folder / REQUIREMENT).exists():
         raise InputError(f"{folder}: not the folder of a study: it contains neither {RESULTS} nor {REQUIREMENT}")
 
-    with locked(folder):
+    with locked_study(folder):
         found = read_study(folder)
         click.echo(_typeset(found, folder))
         click.echo(_write_page(found, folder))

@@ -164,6 +164,7 @@ _FURTHER = (
         lambda found: found.result.best.lens.name if found.design and found.result and found.result.best else None,
         "lens",
     ),
+    Column("lens_projection", str, _of_design(lambda design: design.record.camera.projection), "projection"),
     Column("f_number", float, _of_design(lambda design: design.record.camera.f_number), "f-number"),
     Column(
         "focus_distance_mm",

@@ -13,7 +13,6 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 MM_PER_INCH = 25.4
-POINTS_PER_MM = 72.0 / MM_PER_INCH
 
 # Okabe and Ito's palette; line styles and markers always say the same thing once more, for print in grey.
 BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
