@@ -15,7 +15,7 @@ from designer.optimise.problem import evaluate
 from designer.optimise.search import search
 from designer.requirement import Requirement, set_key
 from support.random_requirements import random_requirement
-from support.shipped_problems import CONFIGURATIONS, problems_of, shipped_requirement
+from support.shipped_problems import CONFIGURATIONS, problems_of, requirement_as_shipped, shipped_requirement
 
 VOLUME = Volume((np.radians(-16.0), np.radians(16.0)), (1000.0, 5000.0))
 IMAGE = ImageBounds(2.64, 0.02)
@@ -156,7 +156,7 @@ def test_no_design_of_a_random_requirement_beats_it(seed):
     [("pipe_inspection", "direct-HyHy-upper_outer", 1.01), ("ceiling_watch", "direct-HyHy-upper_outer", 1.01)],
 )
 def test_ratios_that_only_margins_cause_are_one(shipped, name, most):
-    requirement = set_key(set_key(shipped_requirement(shipped), "noise_px", 0.1), "scale_uncertainty_percent", 0.0)
+    requirement = set_key(set_key(requirement_as_shipped(shipped), "noise_px", 0.1), "scale_uncertainty_percent", 0.0)
     design = search(requirement, CONFIGURATIONS[name]).first
     values = design.values
     pupil = values["focal_length"] / values["f_number"]
