@@ -10,6 +10,7 @@ import pytest
 from designer.evaluate.depth import Volume
 from designer.evaluate.limit import ImageBounds, arrangement_of, limit_gains
 from designer.evaluate.margin_limit import FirstMirrors, MirrorBounds, margin_gains
+from designer.optics.image_law import PERSPECTIVE, ImageLaw
 from designer.optimise.margin_limit import LensSetting, margin_gains_of, margin_limit_of
 from designer.optimise.problem import evaluate
 from designer.optimise.search import search
@@ -26,9 +27,14 @@ ARRANGEMENTS = [(family, topology) for family in ("direct", "folded") for topolo
 
 
 @pytest.mark.parametrize(("family", "topology"), ARRANGEMENTS)
-def test_without_margins_and_envelope_it_is_the_limit(family, topology):
+@pytest.mark.parametrize(
+    "law",
+    [PERSPECTIVE, ImageLaw("equidistant", (-0.02, 0.003)), ImageLaw("equisolid"), ImageLaw("stereographic")],
+    ids=lambda law: law.projection,
+)
+def test_without_margins_and_envelope_it_is_the_limit(family, topology, law):
     arrangement = arrangement_of(family, topology)
-    at = (VOLUME, 100.0, 13.0, IMAGE)
+    at = (VOLUME, 100.0, 13.0, replace(IMAGE, law=law))
     assert margin_gains(arrangement, MIRRORS[family], *at, NO_MARGINS) == pytest.approx(
         limit_gains(arrangement, *at), rel=1e-9
     )
