@@ -3,6 +3,7 @@
 # make test-all   the same with the slow tests: whole studies, renders, sweeps and notebooks
 # make setup      sets up .venv only (.venv/bin/designer is the command afterwards)
 # make reference  writes docs/requirement_reference.md again (after changing a key of the requirement)
+# make validation writes docs/validation.md again: our numbers beside those of others
 # make lock       resolves the dependencies again (after editing pyproject.toml)
 
 PYTHON ?= python3
@@ -10,7 +11,7 @@ REQUIREMENT ?= configs/indoor_robot.toml
 BIN := .venv/bin
 SHELL := /bin/bash
 
-.PHONY: setup study test test-all checks reference lock clean
+.PHONY: setup study test test-all checks reference validation lock clean
 
 setup: .venv/.installed
 
@@ -31,6 +32,9 @@ checks: .venv/.installed
 
 reference: .venv/.installed
 	$(BIN)/python -m designer.requirement.reference > docs/requirement_reference.md
+
+validation: .venv/.installed
+	$(BIN)/python -m validation
 
 lock: .venv/.uv
 	$(BIN)/uv pip compile --quiet --upgrade --universal --generate-hashes --all-extras --no-header \

@@ -268,6 +268,13 @@ _FURTHER = (
         "why there is no Pareto front",
         is_swept=False,
     ),
+    Column(
+        "margin_limit_ratio",
+        float,
+        _of_score(lambda score: score.margin_limit_ratio),
+        "ratio to the limit with margins",
+        is_swept=False,
+    ),
 )
 
 COLUMNS: dict[str, Column] = {column.name: column for column in (*_CONTRACT, *_FURTHER)}

@@ -10,7 +10,7 @@ import numpy as np
 
 from designer.configurations import Configuration, MirrorKind
 from designer.design import Camera, Design, Mirror, View, Views, WorkingVolume
-from designer.evaluate.depth import Volume, depth_error_rms
+from designer.evaluate.depth import Volume, depth_error_rms, noise_mm_of
 from designer.evaluate.fabrication import mirror_shape
 from designer.evaluate.limit import ImageBounds, NoiseOfPair, arrangement_of, least_limit_over
 from designer.evaluate.predicted_noise import sharp_noise_model
@@ -19,6 +19,7 @@ from designer.goals import in_columns
 from designer.optics.layout import Layout, PlacedMirror
 from designer.optics.view import elevation_tangents_of_views
 from designer.optimise.limit import conditions_of
+from designer.optimise.margin_limit import LensSetting, margin_limit_of
 from designer.optimise.multistart import Candidate
 from designer.optimise.search import SearchResult
 from designer.optimise.specification import specification_of
@@ -189,8 +190,9 @@ def _score(requirement: Requirement, result: SearchResult, record: Design) -> St
     tightest = int(clearances.argmin())
     names = best.evaluation.names[-len(clearances) :]
     shapes = [mirror_shape(record, mirror.name) for mirror in record.mirrors]
+    score = evaluate_design(record)
     return StudyScore(
-        score=evaluate_design(record),
+        score=score,
         smallest_clearance_mm=float(clearances[tightest]),
         smallest_clearance_where=names[tightest],
         largest_slope_deg=max(max(abs(slope) for slope in shape.slope_deg) for shape in shapes),
@@ -198,9 +200,18 @@ def _score(requirement: Requirement, result: SearchResult, record: Design) -> St
         second_stage=in_columns(best.goals),
         least_limit=least_limit_of(requirement, best.problem.variant.configuration),
         first_stage_limit_ratio=first.goals["depth_error"] / result.limit_of_first,
+        margin_limit_ratio=_margin_limit_ratio(best, record, score.depth.depth_error_rms),
         largest_scaled_violation=best.violation,
         solver_statuses=result.statuses,
     )
+
+
+def _margin_limit_ratio(best: Candidate, record: Design, depth_error: float | None) -> float | None:
+    """The score over the limit with margins for the design's own lens, as it is set, and mean noise."""
+    camera = record.camera
+    setting = LensSetting(camera.focal_length_mm, 2.0 * camera.pupil_radius_mm, best.values["reciprocal_focus"])
+    limit = margin_limit_of(best.problem, record.baseline_mm, setting, noise_mm_of(record))
+    return None if limit is None or depth_error is None else depth_error / limit
 
 
 def _sharp_noise(requirement: Requirement, lens: Lens) -> NoiseOfPair:

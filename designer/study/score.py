@@ -24,8 +24,9 @@ class LeastLimit:
 class StudyScore:
     """What a study says of a design: its score, the tightest clearance, both stages, and what the solver said.
 
-    The stages hold every goal by the name of its column. ``largest_scaled_violation`` is that of the constraints,
-    ``solver_statuses`` counts what the solver's runs came to.
+    The stages hold every goal by the name of its column. ``margin_limit_ratio`` is the score over the limit with
+    margins, None where there is none. ``largest_scaled_violation`` is that of the constraints, ``solver_statuses``
+    counts what the solver's runs came to.
     """
 
     score: Score
@@ -36,6 +37,7 @@ class StudyScore:
     second_stage: Mapping[str, float]
     least_limit: LeastLimit
     first_stage_limit_ratio: float
+    margin_limit_ratio: float | None
     largest_scaled_violation: float
     solver_statuses: Mapping[str, int]
 

@@ -68,6 +68,7 @@ def _performance_facts(row: Row) -> list[tuple[str, str]]:
         ("to second order", _second_order_words(row)),
         ("0.1 % of image scale", _scale_words(row)),
         ("limit ratio", number(row.number("limit_ratio"), 4)),
+        ("with margins", number(row.number("margin_limit_ratio"), 4)),
         ("lowest limit", _least_limit_words(row)),
         ("first stage only", f"{first_stage} %, {height} mm tall, {diameter} mm wide"),
     ]

@@ -1,0 +1,1 @@
+"""How numbers of other programs were found: each module prints them and writes nothing; none imports the designer."""
