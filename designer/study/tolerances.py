@@ -39,10 +39,10 @@ class Departure(_Record):
     name: str
     unit: str
     tolerance: float
-    growth: float | None
-    allowed: float | None
-    allowed_by: Literal["growth", "blur"] | None
-    is_harmless: bool
+    growth: float | None = None
+    allowed: float | None = None
+    allowed_by: Literal["growth", "blur"] | None = None
+    is_harmless: bool = False
 
 
 class Forgiveness(_Record):

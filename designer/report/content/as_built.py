@@ -126,8 +126,8 @@ def plain(value: float) -> str:
 def _reading(found: StudyTolerances) -> str:
     return (
         "Allowed alone: the departure that by itself increases the calibrated depth error by "
-        f"{100 * found.growth:g} %, or at which the blur exceeds the design's limit (blur). designer tolerance gives all "
-        "departures, also before calibration, and with --budget the cheapest tolerances for a yield."
+        f"{100 * found.growth:g} %, or at which the blur exceeds the design's limit (blur). designer tolerance gives "
+        "all departures, also before calibration, and with --budget the cheapest tolerances for a yield."
     )
 
 

@@ -26,6 +26,7 @@ from designer.report.figures.resolution import draw_resolution
 from designer.report.figures.style import svg_bytes
 from designer.report.figures.through_focus import draw_depth_of_field, draw_through_focus
 from designer.report.figures.trade import draw_pareto_fronts, draw_trade
+from designer.report.figures.yield_curves import SPAN as YIELD_SPAN
 from designer.report.figures.yield_curves import draw_yield_curves
 from designer.report.figures.zone_edges import draw_zone_edges
 from designer.study.checked import CheckedDesign
@@ -246,7 +247,10 @@ STUDY_FIGURES: tuple[ReportFigure[Study], ...] = (
         AS_BUILT,
         (165.0, TRADE_HEIGHT_MM),
         _yield_curves,
-        _always("Share of the sensors with at most this depth error, for the best designs by rank; dots: as designed."),
+        _always(
+            "Share of the sensors with at most this depth error, for the best designs by rank; dots: as designed. "
+            f"Designs with more than {YIELD_SPAN:g} times the least median are left out."
+        ),
     ),
 )
 """Figures of the study as a whole."""

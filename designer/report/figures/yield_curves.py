@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from designer.report.figures.style import GREY, SERIES, new_figure
 from designer.study.tolerances import SHARES, Forgiveness
 
-# Beyond this many times the least median a curve says only that its sensors are poor.
 SPAN = 2.0
+"""Designs whose sensors have more than this many times the least median depth error are not shown."""
 
 
 def draw_yield_curves(
@@ -18,7 +18,8 @@ def draw_yield_curves(
     """One curve for each design: the share of its sensors with at most that depth error; dots: as designed."""
     figure = new_figure(width_mm, height_mm)
     axes = figure.add_subplot()
-    shown = [each for each in designs if each.median is not None]
+    least = min(each.median for each in designs if each.median is not None)
+    shown = [each for each in designs if each.median is not None and each.median <= SPAN * least]
     for place, each in enumerate(shown):
         colour, line, _ = SERIES[place % len(SERIES)]
         errors = np.array([np.inf if value is None else 100.0 * value for value in each.depth_errors])
@@ -28,9 +29,9 @@ def draw_yield_curves(
             axes.plot(100.0 * each.depth_error_as_designed, 0.0, "o", color=colour, markersize=4.0, clip_on=False)
     for level in (50.0, 95.0):
         axes.axhline(level, color=GREY, linewidth=0.6, linestyle=":")
-    least = min(100.0 * (each.depth_error_as_designed or 0.0) for each in shown)
-    most = max(min(100.0 * (each.high or np.inf), SPAN * 100.0 * (each.median or 0.0)) for each in shown)
-    axes.set_xlim(least - 0.04 * (most - least), most + 0.08 * (most - least))
+    first = min(100.0 * (each.depth_error_as_designed or 0.0) for each in shown)
+    last = 100.0 * max(min(each.high or np.inf, SPAN * (each.median or 0.0)) for each in shown)
+    axes.set_xlim(first - 0.04 * (last - first), last + 0.08 * (last - first))
     axes.set_ylim(0.0, 100.0)
     axes.set_xlabel("depth error, calibrated (%)")
     axes.set_ylabel("share of the sensors (%)")
