@@ -23,7 +23,7 @@ from designer.design import VIEW_NAMES, Design, ViewName
 
 HUBER = 2.5
 # Below this, errors of the model itself count: light is not where its chief ray is.
-LEAST_NOISE_PX = 0.005
+LEAST_NOISE_PX = 0.02
 MOST_ROUNDS = 10
 NOISE_SETTLED, NOISE_ROUGH = 0.05, 0.5
 # A median absolute deviation of a Gaussian is so much of its standard deviation.

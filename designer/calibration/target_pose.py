@@ -31,6 +31,25 @@ class TargetPose:
         return np.asarray(points_mm @ self.turn.T + self.place_mm)
 
 
+def facing_pose(
+    size_mm: tuple[float, float],
+    azimuth_deg: float,
+    distance_mm: float,
+    height_mm: float,
+    turn_deg: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> TargetPose:
+    """The pose of a board of a width and height, whose middle stands at a distance from the axis and a height z.
+
+    It faces the axis, and is turned about its middle by a rotation vector in its own frame (right, down, ahead).
+    """
+    azimuth = np.radians(azimuth_deg)
+    outwards = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    right = np.array([np.sin(azimuth), -np.cos(azimuth), 0.0])
+    turn = np.column_stack([right, [0.0, 0.0, -1.0], outwards]) @ rotation_of(np.radians(turn_deg))
+    middle = outwards * distance_mm + [0.0, 0.0, height_mm]
+    return TargetPose(turn, middle - turn @ [size_mm[0] / 2.0, size_mm[1] / 2.0, 0.0])
+
+
 def varied(pose: TargetPose, variation: Array) -> TargetPose:
     """The pose turned by a rotation vector in front of its turn, and shifted: ``variation`` (6,)."""
     return TargetPose(rotation_of(variation[:3]) @ pose.turn, pose.place_mm + variation[3:])
