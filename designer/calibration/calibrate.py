@@ -156,15 +156,16 @@ def _sightings(seen: Sequence[Mapping[ViewName, Detected]], board: Board) -> lis
 
 
 def _check_enough(seen: Sequence[Mapping[ViewName, Detected]], names: Sequence[str]) -> None:
+    images = "1 image" if len(names) == 1 else f"{len(names)} images"
     if not any(seen):
         raise InputError(
-            f"no target found in {len(names)} images ({names[0]}{', ...' if len(names) > 1 else ''}): check --target, "
-            "and that squares are at least 16 pixels wide in the image"
+            f"no target found in {images} ({names[0]}{', ...' if len(names) > 1 else ''}): check --target, and that "
+            "squares are at least 16 pixels wide in the image"
         )
     if len(seen) < FEWEST_POSES:
         raise InputError(
-            f"the target is found in {len(seen)} of {len(names)} images: at least {FEWEST_POSES} different poses are "
-            "needed, better 8 to 12 all round"
+            f"the target is found in {len(seen)} of {images}: at least {FEWEST_POSES} different poses are needed, "
+            "better 8 to 12 all round"
         )
     for view in VIEW_NAMES:
         if not any(view in found for found in seen):

@@ -67,7 +67,7 @@ def _in_panorama(image: ViewImage, raw: Image, board: Board, seam: float) -> Det
 
 
 def _panorama(image: ViewImage, seam: float) -> tuple[Array, Array]:
-    """Slopes of rows, from the highest, and azimuths of columns, from a seam down, in steps as fine as the raw image."""
+    """Slopes of rows, from the highest, and azimuths of columns, from a seam down, no coarser than the raw image."""
     low, high = (float(end) for end in np.arctan(image.slopes))
     low, high = max(low - np.radians(BEYOND_DEG), -1.5), min(high + np.radians(BEYOND_DEG), 1.5)
     elevations = np.linspace(low, high, 50)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+from scipy.ndimage import map_coordinates
 
 from designer.as_built.parameters import CAMERA, parameters_of
 from designer.calibration.bundle import Sighting
@@ -97,8 +98,8 @@ def drawn_image(
         cv2.fillConvexPoly(covered, cv2.convexHull(np.rint(pixels[shown]).astype(np.int32)), 1)
         v, u = np.nonzero(covered)
         board = _smooth_map(pixels[shown], np.column_stack([across, down])[shown], np.column_stack([u, v]))
-        x, y = ((part + margin) / target.square_mm * 8 * MODULES - 0.5 for part in board.T.astype(np.float32))
-        grey = cv2.remap(texels, x[None], y[None], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)[0]
+        x, y = ((part + margin) / target.square_mm * 8 * MODULES - 0.5 for part in board.T)
+        grey = map_coordinates(texels, [y, x], order=1, mode="nearest")
         image[v, u] = 30.0 + 170.0 * grey
     image = cv2.GaussianBlur(image, (0, 0), blur_px) + 1.5 * random.standard_normal(image.shape)
     return np.clip(np.rint(image), 0, 255).astype(np.uint8)
