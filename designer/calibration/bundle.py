@@ -3,6 +3,8 @@
 The cost is that of independent Gaussian errors of image points, of one standard deviation in each view, which is
 estimated, and of the priors on the departures. Beyond ``HUBER`` standard deviations an image point counts linearly
 (Huber), so that a few wrong ones do no harm. The pose of a target moves its own points only; derivatives are exact.
+Light does not fall exactly where its chief ray does, and neighbouring corners share that, so each sighting has a common
+shift of its image, of standard deviation ``SHIFT_PX``.
 The covariance is the inverse of the Gauss-Newton Hessian of this cost at its minimum.
 """
 
@@ -22,8 +24,8 @@ from designer.calibration.unknowns import Unknowns
 from designer.design import VIEW_NAMES, Design, ViewName
 
 HUBER = 2.5
-# Below this, errors of the model itself count: light is not where its chief ray is.
-LEAST_NOISE_PX = 0.02
+# Of single corners, and of all corners of a sighting alike: what coma and the search for corners leave.
+LEAST_NOISE_PX, SHIFT_PX = 0.01, 0.02
 MOST_ROUNDS = 10
 NOISE_SETTLED, NOISE_ROUGH = 0.05, 0.5
 # A median absolute deviation of a Gaussian is so much of its standard deviation.
@@ -105,14 +107,21 @@ class Problem:
     ) -> None:
         self.design, self.unknowns, self.sightings, self.poses = design, unknowns, sightings, poses
         self.free = np.flatnonzero(unknowns.free)
-        self.number = len(self.free) + NUMBERS * len(poses)
+        self.first_shift = len(self.free) + NUMBERS * len(poses)
+        self.number = self.first_shift + 2 * len(sightings)
         self.data = 2 * sum(len(sighting.pixels) for sighting in sightings)
         self.noise_px: dict[ViewName, float] = {}
         free_prior = unknowns.prior[np.ix_(self.free, self.free)]
         # Departures times this are independent, of standard deviation 1.
         self.whitening = np.linalg.inv(np.linalg.cholesky(free_prior))
         # The first step may be as long as one of these in each: the solver's own scales start too small from zero.
-        self.scale = np.concatenate([FIRST_STEP * unknowns.prior_sigma[self.free], np.tile(POSE_STEP, len(poses))])
+        self.scale = np.concatenate(
+            [
+                FIRST_STEP * unknowns.prior_sigma[self.free],
+                np.tile(POSE_STEP, len(poses)),
+                np.full(2 * len(sightings), FIRST_STEP * SHIFT_PX),
+            ]
+        )
         self._at: Array | None = None
         self._images: list[PointImages] = []
 
@@ -127,21 +136,26 @@ class Problem:
         start = len(self.free) + NUMBERS * target
         return at[start : start + NUMBERS]
 
+    def shifts(self, at: Array) -> Array:
+        """The common shift in px of each sighting, (sightings, 2)."""
+        return at[self.first_shift :].reshape(-1, 2)
+
     def residuals(self, at: Array) -> Array:
-        """Predicted minus measured image points in standard deviations, then the departures in those of the prior."""
+        """Predicted minus measured image points, then departures and shifts, in standard deviations."""
         images = self._trace(at)
         parts = [
-            np.nan_to_num(image.pixels - sighting.pixels, nan=UNSEEN_PX).ravel() / self.noise_px[sighting.view]
-            for sighting, image in zip(self.sightings, images, strict=True)
+            np.nan_to_num(image.pixels + shift - sighting.pixels, nan=UNSEEN_PX).ravel() / self.noise_px[sighting.view]
+            for sighting, image, shift in zip(self.sightings, images, self.shifts(at), strict=True)
         ]
-        return np.concatenate([*parts, self.whitening @ at[: len(self.free)]])
+        return np.concatenate([*parts, self.whitening @ at[: len(self.free)], at[self.first_shift :] / SHIFT_PX])
 
     def jacobian(self, at: Array) -> Array:
         """Derivatives (residuals, unknowns) of the residuals."""
         images = self._trace(at)
-        jacobian = np.zeros((self.data + len(self.free), self.number))
+        shifts = self.number - self.first_shift
+        jacobian = np.zeros((self.data + len(self.free) + shifts, self.number))
         row = 0
-        for sighting, image in zip(self.sightings, images, strict=True):
+        for place, (sighting, image) in enumerate(zip(self.sightings, images, strict=True)):
             rows = slice(row, row + 2 * len(sighting.pixels))
             row = rows.stop
             noise, start = self.noise_px[sighting.view], len(self.free) + NUMBERS * sighting.target
@@ -150,7 +164,10 @@ class Problem:
             moved = point_slopes(self.poses[sighting.target], self.variation(at, sighting.target), sighting.points_mm)
             by_pose = np.nan_to_num(image.by_point) @ moved
             jacobian[rows, start : start + NUMBERS] = by_pose.reshape(-1, NUMBERS) / noise
-        jacobian[self.data :, : len(self.free)] = self.whitening
+            shift = self.first_shift + 2 * place
+            jacobian[rows, shift : shift + 2] = np.tile(np.eye(2), (len(sighting.pixels), 1)) / noise
+        jacobian[self.data : self.data + len(self.free), : len(self.free)] = self.whitening
+        jacobian[-shifts:, self.first_shift :] = np.eye(shifts) / SHIFT_PX
         return jacobian
 
     def loss(self, squared: Array) -> Array:
@@ -167,8 +184,8 @@ class Problem:
         noise = {}
         for view in VIEW_NAMES:
             parts = [
-                (image.pixels - sighting.pixels).ravel()
-                for sighting, image in zip(self.sightings, self._trace(at), strict=True)
+                (image.pixels + shift - sighting.pixels).ravel()
+                for sighting, image, shift in zip(self.sightings, self._trace(at), self.shifts(at), strict=True)
                 if sighting.view == view
             ]
             median = float(np.nanmedian(np.abs(np.concatenate(parts)))) if parts else 0.0
@@ -180,10 +197,11 @@ class Problem:
         count = len(self.free)
         covariance = np.zeros((len(self.unknowns.parameters),) * 2)
         information = np.zeros_like(covariance)
-        of_data = jacobian[: self.data]
+        # All but the priors of the departures.
+        of_data = np.delete(jacobian, slice(self.data, self.data + count), axis=0)
         hessian = of_data.T @ of_data
-        of_departures, mixed, of_poses = hessian[:count, :count], hessian[:count, count:], hessian[count:, count:]
-        told = of_departures - mixed @ np.linalg.solve(of_poses, mixed.T)
+        of_departures, mixed, of_others = hessian[:count, :count], hessian[:count, count:], hessian[count:, count:]
+        told = of_departures - mixed @ np.linalg.solve(of_others, mixed.T)
         here = np.ix_(self.free, self.free)
         information[here] = (told + told.T) / 2.0
         # In units of the prior, so that all numbers are of a size.

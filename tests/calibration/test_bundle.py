@@ -59,9 +59,17 @@ def test_derivatives_are_those_of_central_differences(name: str):
     assert unknowns.free.all()
     problem = Problem(design, unknowns, tuple(sightings), tuple(poses))
     problem.noise_px = dict.fromkeys(VIEW_NAMES, 1.0)
-    at = np.concatenate([values, 0.05 * np.random.default_rng(0).standard_normal(18) * np.tile([1, 1, 1, 9, 9, 9], 3)])
+    random = np.random.default_rng(0)
+    poses_off = 0.05 * random.standard_normal(18) * np.tile([1, 1, 1, 9, 9, 9], 3)
+    at = np.concatenate([values, poses_off, 0.02 * random.standard_normal(2 * len(sightings))])
     exact = problem.jacobian(at)
-    steps = np.concatenate([0.02 * unknowns.prior_sigma, np.tile([1e-4, 1e-4, 1e-4, 0.05, 0.05, 0.05], 3)])
+    steps = np.concatenate(
+        [
+            0.02 * unknowns.prior_sigma,
+            np.tile([1e-4, 1e-4, 1e-4, 0.05, 0.05, 0.05], 3),
+            np.full(2 * len(sightings), 0.01),
+        ]
+    )
     for place, step in enumerate(steps):
         far_below, below, above, far_above = (
             problem.residuals(at + share * step * np.eye(len(at))[place]) for share in (-2.0, -1.0, 1.0, 2.0)
@@ -72,14 +80,13 @@ def test_derivatives_are_those_of_central_differences(name: str):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [FOLDED, DIRECT])
-def test_the_true_sensor_lies_within_what_is_stated_in_nine_of_ten_runs(name: str):
+def test_the_true_sensor_lies_within_what_is_stated_in_nine_of_ten_runs():
     """All departures at once in the 95 % ellipsoid, and each in its own 95 % interval, over 100 seeds."""
-    design = sharp_design(name)
+    design = sharp_design(FOLDED)
     unknowns = unknowns_of(design, tolerances_of_grade("coarse"))
     distances, normalised = [], []
     for seed in range(100):
-        values, poses, sightings = trial(design, seed)
+        values, poses, sightings = trial(design, seed, poses=8)
         error, covariance = off(unknowns, adjust(design, unknowns, sightings, rough(poses, seed)), values)
         distances.append(error @ np.linalg.solve(covariance, error))
         normalised.append(error / np.sqrt(np.diag(covariance)))
