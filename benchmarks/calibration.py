@@ -16,15 +16,16 @@ import click
 import numpy as np
 
 from benchmarks.problems import RESULTS, ROOT
-from designer.as_built.parameters import parameters_of
+from designer.as_built.dual import Array
+from designer.as_built.parameters import parameters_of, values_of
 from designer.as_built.tolerances import tolerances_of_grade
 from designer.calibration.calibrate import Calibration, calibrate
 from designer.calibration.findings import residuals_by_view
-from designer.calibration.images import pixels_of
+from designer.calibration.images import pixels_of, point_images
 from designer.calibration.target import MODULES, make_target, modules_of
-from designer.calibration.target_pose import TargetPose, facing_pose
+from designer.calibration.target_pose import TargetPose, facing_pose, point_slopes
 from designer.departures import AsBuilt, CameraDeparture, MirrorDeparture
-from designer.design import Design
+from designer.design import VIEW_NAMES, Design
 from designer.imaging.endtoend.bands import judge_bands
 from designer.imaging.endtoend.check import predicted_error, seen_by_both
 from designer.imaging.endtoend.noise import Noise, calibrate_noise, record, true_points
@@ -82,10 +83,9 @@ def main(samples: int, results: Path) -> None:
         f"{platform.machine()}, Python {platform.python_version()}; {NAME[0]}, {NAME[1]}; lens, detector noise, "
         f"{samples**2} rays for each pixel",
         f"calibrated from {len(found.images)} images in {time.perf_counter() - began:.0f} s: residual "
-        + ", ".join(
-            f"{view} {rms:.3f} px" for view, rms in residuals_by_view(found.sightings, found.adjusted).items()
-        ),
+        + ", ".join(f"{view} {rms:.3f} px" for view, rms in residuals_by_view(found.sightings, found.adjusted).items()),
         *corners_against_truth(design, found, poses),
+        *departures_against_truth(design, found),
         "",
     ]
     (scene_raw,) = taken(built, (office,), samples, (TARGETS,))
@@ -128,16 +128,7 @@ def rig_of(design: Design) -> StereoRig:
 
 def corners_against_truth(design: Design, found: Calibration, poses: list[TargetPose]) -> list[str]:
     """How far the corners found lie from the chief rays of the true sensor."""
-    at = {(p.part, p.key): place for place, p in enumerate(parameters_of(design))}
-    values = np.zeros(len(at) + 2)
-    for name, mirror in ERRORS.mirrors.items():
-        for key, value in mirror:
-            if value:
-                values[at[name, key]] = value
-    for key, value in ERRORS.camera:
-        if ("camera", key) in at:
-            values[at["camera", key]] = value
-    values[-2:] = ERRORS.camera.image_shift_x_px, ERRORS.camera.image_shift_y_px
+    values = true_values(design)
     off = [
         s.pixels - pixels_of(design, s.view, poses[found.images[s.target]].points(s.points_mm), values)
         for s in found.sightings
@@ -148,6 +139,54 @@ def corners_against_truth(design: Design, found: Calibration, poses: list[Target
         f"corners against the true sensor's chief rays: {np.sqrt(np.mean(every**2)):.3f} px rms; of the means of each "
         f"board and view {np.sqrt(np.mean(means**2)):.3f} px"
     ]
+
+
+def true_values(design: Design) -> Array:
+    """The departures (parameters,) of the sensor, image shift last."""
+    return np.append(values_of(design, ERRORS), [ERRORS.camera.image_shift_x_px, ERRORS.camera.image_shift_y_px])
+
+
+def departures_against_truth(design: Design, found: Calibration) -> list[str]:
+    """How many departures lie within their intervals, and how far off the image of each view is on average.
+
+    In the frame of the camera, which is shifted and not tilted. The frame may have turned and moved, which no image of
+    loose targets tells: it is brought to the true one first, by least squares over the working volume.
+    """
+    true = true_values(design)
+    shift = {"decentre_x_mm": ERRORS.camera.shift_x_mm, "decentre_y_mm": ERRORS.camera.shift_y_mm}
+    for place, parameter in enumerate(parameters_of(design)):
+        if parameter.part == "camera" and parameter.key.startswith("shift"):
+            true[place] = 0.0
+        true[place] -= shift.get(parameter.key, 0.0)
+    free = found.unknowns.free
+    off = np.abs(found.adjusted.values - true)[free]
+    within = off < 1.96 * found.sigma[free]
+    lines = [f"departures within their 95 % intervals: {within.sum()} of {free.sum()}"]
+    told = []
+    for place, parameter in enumerate(found.unknowns.parameters):
+        largest = {"decentre": 0.02, "tilt": 0.01}.get(parameter.key.split("_")[0])
+        if free[place] and largest is not None and 1.96 * found.sigma[place] < largest:
+            told.append(
+                f"{parameter.name} off by {abs(found.adjusted.values[place] - true[place]):.4f} {parameter.unit}"
+            )
+    lines.append(f"decentres told to 0.02 mm, tilts to 0.01 degrees: {', '.join(told) or 'none'}")
+    azimuth = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    points = np.concatenate(
+        [
+            np.column_stack([d * np.cos(azimuth), d * np.sin(azimuth), np.full(24, design.views.middle_mm)])
+            for d in design.working_volume.distance_mm
+        ]
+    )
+    missed, by_frame = [], []
+    for view in VIEW_NAMES:
+        images = point_images(design, view, points, found.adjusted.values)
+        missed.append(images.pixels - pixels_of(design, view, points, true))
+        by_frame.append(images.by_point @ point_slopes(TargetPose(np.eye(3), np.zeros(3)), np.zeros(6), points))
+    moved = np.linalg.lstsq(np.concatenate(by_frame).reshape(-1, 6), np.concatenate(missed).ravel(), rcond=None)[0]
+    for view, off_px, slopes in zip(VIEW_NAMES, missed, by_frame, strict=True):
+        left = off_px - slopes @ moved
+        lines.append(f"centre of the {view} view off by {np.hypot(*left.mean(axis=0)):.3f} px")
+    return lines
 
 
 def against_truth(rig: StereoRig, raw: Image, built: Design, world: World, noise: Noise) -> tuple[list[str], int]:

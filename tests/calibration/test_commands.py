@@ -50,7 +50,7 @@ def test_a_target_is_written_with_its_file(tmp_path):
         (("target", "-o", "t.pdf", "--rows", "2"), "target: rows = 2: must be greater than or equal to 3"),
         (
             ("calibrate", "design.json", "small.png", "-o", "b.json", "--target", "target.toml"),
-            "small.png: is 80 x 60 pixels",
+            "small.png: 80 x 60 pixels, but the design's camera has 1600 x 1200",
         ),
         (
             ("calibrate", "design.json", "small.png", "-o", "b.json", "--target", "none.toml"),
