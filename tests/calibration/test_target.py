@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
+from designer import api
 from designer.as_built.parameters import parameters_of
 from designer.as_built.tolerances import tolerance_values, tolerances_of_grade
 from designer.as_built.yields import draw
@@ -157,8 +158,10 @@ def test_a_sensor_is_found_from_drawn_images():
 
 def test_images_that_cannot_be_used_are_refused_in_one_line():
     grade, blank = tolerances_of_grade("coarse"), np.full((1200, 1600), 90, np.uint8)
+    with pytest.raises(InputError, match="has shape"):
+        api.calibrate(DESIGN, [blank[:100]], TARGET)
     with pytest.raises(InputError, match=r"no target found in 1 image \(image 1\)"):
-        calibrate(DESIGN, [blank], TARGET, grade)
+        api.calibrate(DESIGN, [blank], api.target(9, 6, 40.0))
     pose = facing_pose(TARGET.size_mm, 25.0, 360.0, DESIGN.views.middle_mm)
     raw = drawn_image(DESIGN, np.zeros(PARAMETERS), TARGET, pose)
     with pytest.raises(InputError, match="the target is found in 1 of 1 image: at least 3 different poses"):
