@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -81,7 +81,7 @@ def _panorama(image: ViewImage, seam: float) -> tuple[Array, Array]:
     return np.asarray(np.tan(high - step * np.arange(rows))), np.asarray(seam - step * np.arange(columns))
 
 
-@cache
+@lru_cache(maxsize=4)
 def _detector(board: Board) -> cv2.aruco.CharucoDetector:
     markers = cv2.aruco.DetectorParameters()
     # Small and blurred markers; a threshold for each window, from a few modules to a few markers wide.

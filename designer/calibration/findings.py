@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from designer.as_built.dual import Array
+from designer.as_built.merits import first_order_errors, grid_of
+from designer.as_built.projection import linearise
 from designer.calibration.bundle import Adjusted, Sighting
 from designer.calibration.unknowns import Unknowns
 from designer.design import VIEW_NAMES, Design, ViewName
@@ -115,6 +117,27 @@ def still_open(unknowns: Unknowns, sigma: Array) -> tuple[str, ...]:
     )
 
 
+def depth_uncertainty(design: Design, adjusted: Adjusted) -> float:
+    """Relative standard deviation of distances that the covariance leaves, rms over the working volume; first order.
+
+    ``design`` is that without departures, about which errors are linear. It is systematic: the same in every image.
+    """
+    slopes, weights = depth_slopes(design)
+    return float(np.sqrt(np.einsum("pn,pq,qn->n", slopes, adjusted.covariance, slopes) @ weights))
+
+
+def depth_slopes(design: Design) -> tuple[Array, Array]:
+    """Relative change of distances (parameters, n) per departure, image shift last, and the weights (n,) of the points.
+
+    The points fill the working volume; the design is that without departures.
+    """
+    grid = grid_of(design)
+    shift = np.broadcast_to(np.eye(2)[:, :, None], (2, 2, len(grid.weights)))
+    changes = {view: np.concatenate([linearise(design, view, grid.targets[view]).pixels, shift]) for view in VIEW_NAMES}
+    _, bias = first_order_errors(design, grid, changes)
+    return bias, grid.weights
+
+
 def undetermined_in_words(found: Sequence[Undetermined], free: int) -> list[str]:
     """Lines that say what the images leave open; what no image of loose targets can tell is always said."""
     lines = [
@@ -126,7 +149,7 @@ def undetermined_in_words(found: Sequence[Undetermined], free: int) -> list[str]
             f"{len(found)} of {free} combinations of departures rest on the tolerances, not on the images; the weakest:"
         )
         lines += [f"  {_combination(each)}" for each in found[:3]]
-        lines.append("depth does not depend on what the images cannot see; more poses, nearer and tilted, tell more")
+        lines.append("more poses, nearer and tilted, tell more")
     return lines
 
 

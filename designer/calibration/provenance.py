@@ -16,7 +16,7 @@ from pydantic import JsonValue
 
 from designer import __version__
 from designer.calibration.calibrate import Calibration
-from designer.calibration.findings import residuals_by_region, residuals_by_view, still_open
+from designer.calibration.findings import depth_uncertainty, residuals_by_region, residuals_by_view, still_open
 from designer.calibration.target import Target
 from designer.design import Design
 from designer.files import as_json
@@ -48,6 +48,7 @@ def _record(found: Calibration, target: Target, inputs: Mapping[str, Path]) -> d
         "hardly_told": list(still_open(unknowns, found.sigma)),
         "noise_px": {str(view): noise for view, noise in adjusted.noise_px.items()},
         "residual_px": {str(view): rms for view, rms in residuals_by_view(found.sightings, adjusted).items()},
+        "depth_uncertainty": depth_uncertainty(found.design.model_copy(update={"as_built": None}), adjusted),
         "residuals": as_json(residuals_by_region(found.design, found.sightings, adjusted)),
         "target": target.model_dump(),
         "images_used": [place + 1 for place in found.images],

@@ -29,7 +29,7 @@ def target_pdf(target: Target) -> bytes:
         *(_rectangle(*shape) for shape in _shapes(target)),
         f"#place(dx: {MARGIN_MM}mm, dy: {height + MARGIN_MM + 5.0}mm, line(length: {ruler}mm, stroke: 0.3mm))",
         f"#place(dx: {MARGIN_MM}mm, dy: {height + MARGIN_MM + 7.0}mm, "
-        f"block(width: {width}mm)[#text({literal(f'ruler: {plain_number(ruler)} mm. {caption}')})])",
+        f"block(width: {width}mm)[#text({literal(f'Ruler: {plain_number(ruler)} mm. {caption}')})])",
     ]
     return compile_pdf("\n".join(source), {})
 

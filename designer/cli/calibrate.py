@@ -77,6 +77,7 @@ def calibrate(
 def describe(found: Calibration) -> list[str]:
     """The departures with their 95 % intervals, the residuals, and what the images do not tell."""
     from designer.calibration.findings import (
+        depth_uncertainty,
         residuals_by_region,
         residuals_by_view,
         still_open,
@@ -115,4 +116,9 @@ def describe(found: Calibration) -> list[str]:
     )
     if names := still_open(unknowns, sigma):
         lines.append(f"hardly told by the images: {', '.join(names)}")
+    as_designed = found.design.model_copy(update={"as_built": None})
+    left = 100.0 * depth_uncertainty(as_designed, found.adjusted)
+    lines.append(
+        f"what is left unknown of the sensor makes distances uncertain by {left:.2g} % (standard deviation, rms)"
+    )
     return [*lines, *undetermined_in_words(undetermined(unknowns, found.adjusted), int(unknowns.free.sum()))]
