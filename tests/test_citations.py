@@ -77,7 +77,7 @@ def test_sections_are_numbered_without_gaps(page):
         ("see docs/theory.md, section 2.", []),
         ("see docs/theory.md,\n# sections 2 and 4)", []),
         ("see docs/theory.md, section 77", ["docs/theory.md, section 77"]),
-        ("see docs/theory.md, sections 11 to 12", ["docs/theory.md, section 12"]),
+        ("see docs/theory.md, sections 98 to 99", ["docs/theory.md, section 98", "docs/theory.md, section 99"]),
         ("see docs/thoery.md, section 1", ["docs/thoery.md", "docs/thoery.md, section 1"]),
     ],
 )

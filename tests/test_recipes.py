@@ -134,6 +134,11 @@ def test_a_goal_is_one_entry_in_the_table(studies_of_mass):
             assert float(row["mass_g"]) == pytest.approx(study_of_one["masses_g"][name], rel=1e-6)
             assert study_of_one["scores"][name]["second_stage"]["mass_g"] == float(row["mass_g"])
             least[first, name] = float(row["first_stage_mass_g"])
+        page = study_of_one["page"]
+        assert "mass_g" in page["goals"]
+        assert page["columns"]["mass_g"]["label"] == "mass"
+        masses = [float(row["mass_g"]) for row in rows]
+        assert [row["mass_g"] for row in page["rows"]] == pytest.approx(masses, rel=1e-8)
         column = {"mass": "first_stage_mass_g", "depth_error": "first_stage_depth_error_rms"}[first]
         assert float(rows[0][column]) <= 1.01 * min(float(row[column]) for row in rows)
     for name in (DIRECT, FOLDED):

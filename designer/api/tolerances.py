@@ -33,6 +33,7 @@ def tolerance(
     seed: int = 0,
     align: str | None = None,
     calibration: Calibration = "views",
+    asked_yield: float | None = None,
     folder: str | Path | None = None,
 ) -> ToleranceStudy:
     """Perturb a design within tolerances: each departure alone, then many sensors with all of them at random.
@@ -44,10 +45,13 @@ def tolerance(
     trials, seed
         How many sensors to trace, and the seed from which they are drawn.
     align
-        Name of a mirror that assembly moves along the axis for the best.
+        Name of a mirror that is adjusted along the axis at assembly.
     calibration
         What calibration finds: centre, scale and turn of each of the ``views``, of the whole ``image`` (which is all
         that ``designer stereo`` takes), or ``none``.
+    asked_yield
+        The share of good sensors for which to find the cheapest tolerances (``.budget`` of what is returned). What a
+        file of tolerances sets stays as it is.
     folder
         Where to write tables and results, if anywhere.
 
@@ -65,7 +69,7 @@ def tolerance(
         check_tolerance_folder(Path(folder))
     is_grade = str(tolerances) in get_args(Grade)
     asked = tolerances_of_grade(str(tolerances)) if is_grade else read_tolerances(Path(tolerances), design)
-    study = study_tolerances(design, asked, trials, seed, align, calibration)
+    study = study_tolerances(design, asked, trials, seed, align, calibration, asked_yield)
     if folder is not None:
         write_study(study, Path(folder))
     return study

@@ -49,11 +49,11 @@ class BuiltSensor:
     ``problems`` are the reasons to reject it: ``contacts``, sentences on solids that penetrate each other, and views
     that do not see all of the working volume. ``centres_apart_px`` is the distance between the image centres of the two
     views. ``epipolar_px`` are columns of a panorama of 1800 by which the two views of a point are apart, ``depth_bias``
-    the share by which depths are wrong, both root mean squares over the working volume and all azimuths; None where
-    rays part, so that there is no depth. ``_calibrated`` is what is left once each view's image centre, scale and turn
-    are found. ``depth_error`` is that of the design without departures: of noise, and of the scale's uncertainty if it
-    has one; ``depth_error_calibrated`` that of the bias as well. ``is_nominal`` if all departures are zero. What takes
-    both views is None if the mirrors of one do not show all points, however large.
+    the share by which depths are wrong, both root mean squares over the working volume and all azimuths; None where the
+    rays diverge, so that there is no depth. ``_calibrated`` is what is left once each view's image centre, scale and
+    turn are found. ``depth_error`` is that of the design without departures: of noise, and of the scale's uncertainty
+    if it has one; ``depth_error_calibrated`` that of the bias as well. ``is_nominal`` if all departures are zero. What
+    takes both views is None if the mirrors of one do not show all points, however large.
     """
 
     views: dict[ViewName, BuiltView]

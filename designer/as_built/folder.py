@@ -6,7 +6,6 @@ after a crash is the study's own.
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,10 +13,10 @@ from pathlib import Path
 from pydantic import JsonValue
 
 from designer.files import InputError, check_folder, read_text, write_atomically
+from designer.own_files import refuse_other_files, sha256
 
 SUMMARY = "tolerance.json"
 FILES = "files"
-_MOST_NAMED = 5
 
 
 def check_tolerance_folder(folder: Path) -> None:
@@ -31,21 +30,9 @@ def check_tolerance_folder(folder: Path) -> None:
     check_folder(folder)
     if not folder.is_dir():
         return
-    listed = _listed(folder / SUMMARY)
-    found = sorted(path for path in folder.rglob("*") if path.is_symlink() or not path.is_dir())
-    others = [
-        name
-        for path in found
-        if (name := path.relative_to(folder).as_posix()) != SUMMARY and not _is_own(path, name, listed)
-    ]
-    if (folder / SUMMARY).exists() and not listed:
-        others.append(SUMMARY)
-    if others:
-        more = f" and {len(others) - _MOST_NAMED} others" if len(others) > _MOST_NAMED else ""
-        raise InputError(
-            f"{folder}: {', '.join(others[:_MOST_NAMED])}{more}: not written by designer tolerance, or changed since; "
-            "use another folder"
-        )
+    digests = _digests(folder / SUMMARY)
+    # A summary that lists nothing is something else's.
+    refuse_other_files(folder, digests, SUMMARY if digests else "", "designer tolerance")
 
 
 def write_tolerance_folder(folder: Path, files: Mapping[str, str], summary: Mapping[str, JsonValue]) -> list[Path]:
@@ -57,7 +44,7 @@ def write_tolerance_folder(folder: Path, files: Mapping[str, str], summary: Mapp
         The folder holds something else, see :func:`check_tolerance_folder`.
     """
     check_tolerance_folder(folder)
-    earlier = _listed(folder / SUMMARY)
+    earlier = _digests(folder / SUMMARY)
     being_written: dict[str, JsonValue] = dict.fromkeys({**earlier, **files})
     _write_summary(folder, {FILES: being_written})
     for name in earlier:
@@ -65,7 +52,7 @@ def write_tolerance_folder(folder: Path, files: Mapping[str, str], summary: Mapp
             (folder / name).unlink(missing_ok=True)
     for name, text in files.items():
         write_atomically(folder / name, text)
-    _write_summary(folder, {**summary, FILES: {name: _sha256(text.encode()) for name, text in files.items()}})
+    _write_summary(folder, {**summary, FILES: {name: sha256(text.encode()) for name, text in files.items()}})
     return [folder / name for name in (*files, SUMMARY)]
 
 
@@ -73,7 +60,7 @@ def _write_summary(folder: Path, content: Mapping[str, JsonValue]) -> None:
     write_atomically(folder / SUMMARY, json.dumps(content, indent=2, allow_nan=False) + "\n")
 
 
-def _listed(path: Path) -> dict[str, str | None]:
+def _digests(path: Path) -> dict[str, str | None]:
     """The files that a study wrote; none where there is no such list. A name with a folder is nobody's."""
     if path.is_symlink() or not path.is_file():
         return {}
@@ -82,13 +69,3 @@ def _listed(path: Path) -> dict[str, str | None]:
         return {name: digest for name, digest in files.items() if Path(name).name == name}
     except (InputError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
         return {}
-
-
-def _is_own(path: Path, name: str, listed: Mapping[str, str | None]) -> bool:
-    if path.is_symlink() or name not in listed:
-        return False
-    return listed[name] is None or listed[name] == _sha256(path.read_bytes())
-
-
-def _sha256(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()

@@ -48,7 +48,7 @@ class Merits:
     ``epipolar_px`` are the columns, of a panorama of 1800, by which the two views of a point are apart; ``depth_bias``
     the share by which depths are wrong; ``viewpoint_spread_mm`` the distance by which the rays of a view pass the point
     that they come nearest to; ``blur_px`` the diameter of the blur: both of the view where it is larger. NaN for a
-    system that does not show all points; the bias is infinite where rays part.
+    system that does not show all points; the bias is infinite where the rays diverge.
     """
 
     epipolar_px: Array
@@ -99,7 +99,7 @@ def displacement_px(design: Design, grid: Grid, view: ViewName, pixels: Array) -
 def errors_of(design: Design, grid: Grid, pixels: Mapping[ViewName, Array]) -> tuple[Array, Array]:
     """Epipolar errors in px and depth biases, both (T, n), of image places (2, T, n) that the design's tables read.
 
-    The bias is infinite where rays part: there is no depth.
+    The bias is infinite where the rays diverge: there is no depth.
     """
     with np.errstate(all="ignore"):
         (upper, azimuth_upper), (lower, azimuth_lower) = (

@@ -50,7 +50,6 @@ class Perturbable:
     noise: float
     epipolar_px: Array
     depth_bias: Array
-    epipolar_px_left: Array
     depth_bias_left: Array
     sharp: dict[ViewName, SharpPoints] | None
 
@@ -88,9 +87,11 @@ def perturbable(design: Design, calibration: Calibration = "views") -> Perturbab
     before = first_order_errors(design, grid, {view: linear[view].pixels for view in VIEW_NAMES})
     changes = {view: linear[view].pixels.transpose(1, 0, 2) for view in VIEW_NAMES}
     left, _ = left_by_calibration(design, grid, changes, calibration)
-    after = first_order_errors(design, grid, {view: left[view].transpose(1, 0, 2) for view in VIEW_NAMES})
+    _, bias_left = first_order_errors(design, grid, {view: left[view].transpose(1, 0, 2) for view in VIEW_NAMES})
     noise = depth_error_rms(stereo_pair_of(design), volume_of(design), noise_mm_of(design), design.scale_uncertainty)
-    return Perturbable(design, parameters_of(design), grid, linear, calibration, float(noise), *before, *after, sharp)
+    return Perturbable(
+        design, parameters_of(design), grid, linear, calibration, float(noise), *before, bias_left, sharp
+    )
 
 
 def measure(

@@ -1,7 +1,8 @@
 """The tolerances of one design in full: impacts, yield, provenance; and as files.
 
-A results folder holds ``sensitivity.csv``, ``trials.csv``, a design file for each trial that was asked for, and
-``tolerance.json``, whose results are written last.
+A results folder holds ``sensitivity.csv``, ``trials.csv``, a design file for each trial that was asked for,
+``budget.csv`` and ``budget.toml`` (a tolerance file) if a yield was, and ``tolerance.json``, whose results are written
+last.
 """
 
 from __future__ import annotations
@@ -21,12 +22,13 @@ import numpy as np
 from pydantic import JsonValue
 
 from designer import __version__
+from designer.as_built.budget import Budget, fulfilled, tolerances_of
 from designer.as_built.compensation import Calibration
 from designer.as_built.dual import Array
 from designer.as_built.folder import write_tolerance_folder
 from designer.as_built.model import Perturbable, perturbable, with_departures
 from designer.as_built.sensitivity import Impact, sensitivities
-from designer.as_built.tolerances import Tolerances, tolerance_values
+from designer.as_built.tolerances import Tolerances, growth_of, tolerance_values, tolerances_to_toml
 from designer.as_built.yields import PERCENTILES, Trials, simulate
 from designer.design import Design, design_to_json
 from designer.evaluate.score import check_image_law
@@ -41,6 +43,7 @@ MOST_TRIALS = 1_000_000
 class ToleranceStudy:
     """What the tolerances of a design come to.
 
+    ``budget`` is the cheapest allocation if a yield was asked for; then the tolerances are those that it chose.
     ``values`` (parameters,) are the tolerances in the units of ``model.parameters``; ``impacts`` the departures one by
     one, the worst first; ``trials`` sensors with all of them at random. ``problems`` are the ray tracer's reasons to
     reject the design itself; none if it accepts it.
@@ -54,6 +57,7 @@ class ToleranceStudy:
     seed: int
     align: str | None
     problems: tuple[str, ...]
+    budget: Budget | None = None
 
     def _repr_html_(self) -> str:
         """The departures as a table, the worst first."""
@@ -104,6 +108,7 @@ def study_tolerances(
     seed: int = 0,
     align: str | None = None,
     calibration: Calibration = "views",
+    asked_yield: float | None = None,
 ) -> ToleranceStudy:
     """Measure each departure at its tolerance, and many sensors with all of them.
 
@@ -113,6 +118,9 @@ def study_tolerances(
         Name of a mirror that assembly moves along the axis until calibration leaves the least.
     calibration
         What calibration finds: centre, scale and turn of each of the ``views``, of the whole ``image``, or ``none``.
+    asked_yield
+        The share of good sensors for which to find the cheapest tolerances, see :mod:`designer.as_built.budget`; those
+        given stay as they are.
 
     Raises
     ------
@@ -125,7 +133,7 @@ def study_tolerances(
     check_image_law(design)
     model = perturbable(design, calibration)
     values = tolerance_values(design, model.parameters, tolerances)
-    growth = tolerances.depth_error_growth_percent / 100.0
+    growth = growth_of(tolerances)
     moved = None
     if align is not None:
         places = [place for place, p in enumerate(model.parameters) if (p.part, p.key) == (align, "axial_shift_mm")]
@@ -133,10 +141,18 @@ def study_tolerances(
             names = ", ".join(mirror.name for mirror in design.mirrors)
             raise InputError(f"align = {align!r}: the design has no such mirror; its mirrors are {names}")
         moved = places[0]
-    impacts = sensitivities(model, values, growth)
+    impacts, budget = sensitivities(model, values, growth), None
+    if asked_yield is not None:
+        if not 0.0 < asked_yield < 1.0:
+            raise InputError(f"yield = {100.0 * asked_yield:g} %: must be more than 0 and less than 100")
+        budget = fulfilled(model, tolerances, impacts, asked_yield, trials, seed, moved)
+        if budget.choices:
+            tolerances = tolerances_of(budget, tolerances)
+            values = tolerance_values(design, model.parameters, tolerances)
+            impacts = sensitivities(model, values, growth)
     found = simulate(model, values, growth, trials, seed, moved)
     problems = judge(design, whole_image=False).problems
-    return ToleranceStudy(model, tolerances, values, impacts, found, seed, align, problems)
+    return ToleranceStudy(model, tolerances, values, impacts, found, seed, align, problems, budget)
 
 
 def write_study(study: ToleranceStudy, folder: Path, written_trials: Sequence[int] = ()) -> list[Path]:
@@ -149,6 +165,8 @@ def write_study(study: ToleranceStudy, folder: Path, written_trials: Sequence[in
     """
     designs = {f"trial_{number:06d}.json": design_to_json(study.trial(number)) for number in written_trials}
     content = {"sensitivity.csv": sensitivity_csv(study), "trials.csv": trials_csv(study), **designs}
+    if study.budget is not None and study.budget.choices:
+        content |= {"budget.csv": budget_csv(study.budget), "budget.toml": tolerances_to_toml(study.tolerances)}
     return write_tolerance_folder(folder, content, summary(study))
 
 
@@ -160,6 +178,15 @@ def sensitivity_csv(study: ToleranceStudy) -> str:
         for impact in study.impacts
     ]
     return _csv(["part", "departure", *columns], rows)
+
+
+def budget_csv(budget: Budget) -> str:
+    """A row for each tolerance that was chosen: its class, its value in the unit of its key, its cost."""
+    columns = ("part", "tolerance", "class", "value", "cost")
+    rows = [
+        [choice.part, choice.key, choice.chosen, _cell(choice.value), _cell(choice.cost)] for choice in budget.choices
+    ]
+    return _csv(columns, rows)
 
 
 def trials_csv(study: ToleranceStudy) -> str:
@@ -213,6 +240,7 @@ def summary(study: ToleranceStudy) -> dict[str, JsonValue]:
         "align": study.align,
         "calibration": study.model.calibration,
         "yield": as_json(trials.result),
+        "budget": None if study.budget is None else as_json(study.budget),
         "percentiles": {
             key: {f"{share:g}": _plain(value) for share, value in zip(PERCENTILES, percentiles(found), strict=True)}
             for key, found in merits.items()

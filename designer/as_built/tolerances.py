@@ -1,7 +1,8 @@
 """Tolerances of a sensor's parts: three grades, or the engineer's own in a TOML file.
 
 A tolerance is the largest magnitude of a departure. Grades are in the style of the classes of ISO 2768 and ISO 10110:
-round numbers of what a general workshop, a good optical one and a precise one hold. They are nobody's offer.
+round numbers of what a general workshop, a good optical one and a precise one hold, and no manufacturer's
+specification.
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ from pathlib import Path
 from typing import Annotated, Literal, get_args
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError
+import tomli_w
+from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError, field_validator
 
 from designer.as_built.dual import Array
 from designer.as_built.parameters import CAMERA, Parameter
@@ -20,6 +22,7 @@ from designer.files import InputError, describe_validation_error, read_text
 
 Grade = Literal["coarse", "standard", "precision"]
 Tolerance = Annotated[float, Strict(), Field(ge=0.0, le=10.0, allow_inf_nan=False)]
+Cost = Annotated[float, Strict(), Field(ge=0.0, le=1e6, allow_inf_nan=False)]
 Percent = Annotated[float, Strict(), Field(gt=0.0, le=1000.0, allow_inf_nan=False)]
 
 
@@ -50,10 +53,25 @@ class CameraTolerances(Table):
     radial_distortion: Tolerance | None = None
 
 
+class ClassCosts(Table):
+    """What a tolerance costs in each class, in any unit: only their ratios matter."""
+
+    coarse: Cost = 1.0
+    standard: Cost = 2.0
+    precision: Cost = 5.0
+
+
+class Costs(ClassCosts):
+    """The costs of every tolerance, and ``of`` some by their key, such as ``radius_percent``."""
+
+    of: dict[str, ClassCosts] = {}
+
+
 class Tolerances(Table):
     """What a tolerance file holds: a grade, tolerances of all mirrors, of one by its name, and of the camera.
 
-    ``depth_error_growth_percent`` is the growth of the depth error at which a sensor is rejected.
+    ``depth_error_growth_percent`` is the growth of the depth error at which a sensor is rejected; ``cost`` what the
+    classes cost, for a budget.
     """
 
     grade: Grade = "standard"
@@ -61,6 +79,16 @@ class Tolerances(Table):
     mirrors: MirrorTolerances = MirrorTolerances()
     mirror: dict[str, MirrorTolerances] = {}
     camera: CameraTolerances = CameraTolerances()
+    cost: Costs = Costs()
+
+    @field_validator("cost")
+    @classmethod
+    def _costs_of_known_tolerances(cls, cost: Costs) -> Costs:
+        known = {*MirrorTolerances.model_fields, *CameraTolerances.model_fields}
+        for key in cost.of:
+            if key not in known:
+                raise ValueError(f"of.{key}: must be one of {', '.join(sorted(known))}")
+        return cost
 
 
 GRADES: dict[Grade, tuple[MirrorTolerances, CameraTolerances]] = {
@@ -154,6 +182,11 @@ def read_tolerances(path: Path, design: Design) -> Tolerances:
         raise InputError(f"{path}: not valid TOML: a number or date is out of range") from None
 
 
+def tolerances_to_toml(tolerances: Tolerances) -> str:
+    """The tolerances as a file that :func:`read_tolerances` understands."""
+    return tomli_w.dumps(tolerances.model_dump(exclude_none=True))
+
+
 def finer_grade(grade: Grade) -> Grade | None:
     """The next finer grade; None if there is none."""
     grades = list(GRADES)
@@ -179,15 +212,36 @@ def tolerance_values(design: Design, parameters: tuple[Parameter, ...], toleranc
     return np.array([_tolerance(design, parameter, tolerances) for parameter in parameters])
 
 
+def growth_of(tolerances: Tolerances) -> float:
+    """The share by which the depth error of a good sensor may grow."""
+    return tolerances.depth_error_growth_percent / 100.0
+
+
+def key_of(parameter: Parameter) -> str:
+    """The key of a tolerance file that bounds a departure."""
+    return _TOLERANCE_OF[parameter.key]
+
+
+def is_open(tolerances: Tolerances, part: str, key: str) -> bool:
+    """Whether a file leaves a tolerance of a part to the grade."""
+    return all(getattr(table, key) is None for table in _given(tolerances, part))
+
+
+def value_of(grade: Grade, part: str, key: str) -> float:
+    """A tolerance of a grade, in the unit of its key."""
+    of_mirrors, of_camera = GRADES[grade]
+    return float(getattr(of_camera if part == CAMERA else of_mirrors, key))
+
+
+def _given(tolerances: Tolerances, part: str) -> tuple[Table, ...]:
+    if part == CAMERA:
+        return (tolerances.camera,)
+    return (tolerances.mirror.get(part, MirrorTolerances()), tolerances.mirrors)
+
+
 def _tolerance(design: Design, parameter: Parameter, tolerances: Tolerances) -> float:
-    key = _TOLERANCE_OF[parameter.key]
-    of_mirrors, of_camera = GRADES[tolerances.grade]
-    given: list[Table]
-    if parameter.part == CAMERA:
-        given = [tolerances.camera, of_camera]
-        nominal: float | None = design.camera.focal_length_mm
-    else:
-        given = [tolerances.mirror.get(parameter.part, MirrorTolerances()), tolerances.mirrors, of_mirrors]
-        nominal = design.mirror(parameter.part).radius_mm
-    value = float(next(getattr(table, key) for table in given if getattr(table, key) is not None))
+    part, key = parameter.part, key_of(parameter)
+    given = (value for table in _given(tolerances, part) if (value := getattr(table, key)) is not None)
+    value = float(next(given, value_of(tolerances.grade, part, key)))
+    nominal = design.camera.focal_length_mm if part == CAMERA else design.mirror(part).radius_mm
     return value / 100.0 * abs(nominal or 0.0) if key.endswith("_percent") else value

@@ -52,7 +52,7 @@ def _depth_lines(sensor: BuiltSensor, design: Design) -> list[str]:
     if sensor.epipolar_px is None:
         return []
     error = sensor.depth_error_calibrated
-    grown = "no depth, since rays part" if error is None else f"{100.0 * error:.3g} %"
+    grown = "no depth: the rays diverge" if error is None else f"{100.0 * error:.3g} %"
     return [
         f"  read by the design's tables: epipolar error {_number(sensor.epipolar_px)} px rms, "
         f"{_bias(sensor.depth_bias)}; image centres of the views {_number(sensor.centres_apart_px)} px apart",
@@ -64,7 +64,9 @@ def _depth_lines(sensor: BuiltSensor, design: Design) -> list[str]:
 
 
 def _bias(share: float | None) -> str:
-    return "no depth at some points, since rays part" if share is None else f"depth bias {_number(100.0 * share)} % rms"
+    return (
+        "no depth at some points: the rays diverge" if share is None else f"depth bias {_number(100.0 * share)} % rms"
+    )
 
 
 def _number(value: float | None) -> str:

@@ -72,7 +72,7 @@ def simulate(
     growth
         The largest share by which a good sensor's depth error grows over the design's own.
     align
-        The place of a departure that assembly sets for the best: see :func:`designer.as_built.model.measure`.
+        The place of a departure that is adjusted at assembly: see :func:`designer.as_built.model.measure`.
     """
     values = draw(tolerances, trials, seed)
     found = measure(model, values, align)

@@ -23,8 +23,8 @@ REJECTED = 1
 def trace(design: Path) -> None:
     """Print the ray tracer's verdict on DESIGN.json; exit code 1 if it rejects the design.
 
-    Of a sensor with departures (as_built) it says what is left of the viewpoints. It rejects parts that collide, and
-    views that do not see all of the working volume.
+    For a sensor with departures (as_built) it also reports how far the rays miss a single viewpoint. It rejects parts
+    that collide, and views that do not see all of the working volume.
     """
     from designer.design import read_design
 
@@ -131,7 +131,7 @@ def _exit_if_blind(built: BuiltSensor | None) -> None:
 def _what_the_points_count(design: Design) -> str:
     """What is in the deviations of the table of points, as in the score."""
     scale = (
-        f"a scale known to {_percent(design.scale_uncertainty)}, added in squares"
+        f"a scale known to {_percent(design.scale_uncertainty)}, added in quadrature"
         if design.scale_uncertainty
         else "no uncertainty of the scale, as the design gives none"
     )

@@ -100,8 +100,8 @@ def study(
 
 
 def _tell_beforehand(asked: Requirement, folder: Path, kept: list[str]) -> None:
+    from designer.own_files import listed
     from designer.requirement.notes import notes_on
-    from designer.study.manifest import listed
 
     if kept:
         click.echo(f"{folder}: not written by the study, and kept: {listed(kept)}", err=True)
@@ -110,9 +110,13 @@ def _tell_beforehand(asked: Requirement, folder: Path, kept: list[str]) -> None:
 
 
 def _run(asked: Requirement, folder: Path, with_pdf: bool, checks: int, jobs: int | None, quiet: bool) -> None:
+    from designer.study.process_pool import cores, start_server
+
+    # It imports the solver while this process imports the rest.
+    start_server("designer.study.task")
+
     from designer.cli.progress import show_progress
     from designer.study.folder import with_checks
-    from designer.study.process_pool import cores
     from designer.study.run import run_study
 
     with show_progress(quiet=quiet) as progress:
@@ -124,7 +128,7 @@ def _run(asked: Requirement, folder: Path, with_pdf: bool, checks: int, jobs: in
     if with_pdf:
         if not quiet:
             click.echo("Typesetting study.pdf ...", err=True)
-        pdf = _typeset(whole, folder, quiet)
+        pdf = _typeset(whole, folder, jobs or cores(), quiet)
     if not quiet:
         click.echo(f"{_result(found, folder, pdf)}\n{page}")
 
@@ -136,16 +140,17 @@ def report(folder: Path) -> None:
     """Typeset study.pdf and write study.html again from the folder of a study."""
     if not folder.is_dir():
         raise InputError(f"{folder}: must be the folder of a study")
-    from designer.study.claim import locked
+    from designer.study.claim import locked_study
     from designer.study.folder import read_study
     from designer.study.names import REQUIREMENT, RESULTS
+    from designer.study.process_pool import cores
 
     if not (folder / RESULTS).exists() and not (folder / REQUIREMENT).exists():
         raise InputError(f"{folder}: not the folder of a study: it contains neither {RESULTS} nor {REQUIREMENT}")
 
-    with locked(folder):
+    with locked_study(folder):
         found = read_study(folder)
-        click.echo(_typeset(found, folder))
+        click.echo(_typeset(found, folder, cores()))
         click.echo(_write_page(found, folder))
 
 
@@ -187,13 +192,13 @@ def _time_of_a_check(asked: Requirement) -> str:
     )
 
 
-def _typeset(found: Study, folder: Path, quiet: bool = False) -> Path:
+def _typeset(found: Study, folder: Path, jobs: int, quiet: bool = False) -> Path:
     from designer.report.document import write_pdf
 
     def tell(note: str) -> None:
         click.echo(f"study.pdf: {note}", err=True)
 
-    return write_pdf(found, folder, None if quiet else tell)
+    return write_pdf(found, folder, None if quiet else tell, jobs=jobs)
 
 
 def _write_page(found: Study, folder: Path) -> Path:

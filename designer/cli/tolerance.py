@@ -10,6 +10,7 @@ import click
 from designer.files import InputError
 
 if TYPE_CHECKING:
+    from designer.as_built.budget import Budget
     from designer.as_built.compensation import Calibration
     from designer.as_built.sensitivity import Impact
     from designer.as_built.study import ToleranceStudy
@@ -48,9 +49,16 @@ CALIBRATED = {
     type=click.Choice(["views", "image", "none"]),
     default="views",
     show_default=True,
-    help="Whose centre, scale and turn are found: each view's, the whole image's, nobody's.",
+    help="What is calibrated (centre, scale, rotation): each view, the whole image, or nothing.",
 )
-@click.option("--align", metavar="MIRROR", help="Mirror that assembly moves along the axis for the best.")
+@click.option("--align", metavar="MIRROR", help="Mirror to be adjusted along the axis at assembly.")
+@click.option(
+    "--budget",
+    "asked_percent",
+    type=float,
+    metavar="PERCENT",
+    help="Find the cheapest tolerances with which this percentage of the sensors is good.",
+)
 @click.option(
     "--write-trial", "numbers", type=int, multiple=True, help="Also write trial N as a design file; may be repeated."
 )
@@ -63,10 +71,11 @@ def tolerance(
     seed: int,
     calibration: Calibration,
     align: str | None,
+    asked_percent: float | None,
     numbers: tuple[int, ...],
     out: Path,
 ) -> None:
-    """Say what each departure of a sensor built to DESIGN.json does, and how many sensors turn out good.
+    """Report the effect of each manufacturing departure from DESIGN.json, and the yield.
 
     Exit code 1 if the ray tracer rejects the design itself: the first line says why.
     """
@@ -74,6 +83,8 @@ def tolerance(
 
     if tolerances is not None and grade is not None:
         raise InputError("--tolerances and --grade: give one; a file has a key grade of its own")
+    if asked_percent is not None and not 0.0 < asked_percent < 100.0:
+        raise InputError(f"--budget {asked_percent:g}: must be more than 0 and less than 100 (percent)")
     record = read_design(design)
     from designer.as_built.folder import check_tolerance_folder
     from designer.as_built.study import study_tolerances, write_study
@@ -82,7 +93,8 @@ def tolerance(
     check_tolerance_folder(out)
     asked = read_tolerances(tolerances, record) if tolerances is not None else tolerances_of_grade(grade or "standard")
     try:
-        study = study_tolerances(record, asked, trials, seed, align, calibration)
+        asked_yield = None if asked_percent is None else asked_percent / 100.0
+        study = study_tolerances(record, asked, trials, seed, align, calibration, asked_yield)
     except InputError as error:
         raise InputError(f"{design}: {error}") from None
     files = write_study(study, out, numbers)
@@ -111,7 +123,7 @@ def describe(study: ToleranceStudy) -> list[str]:
     _, middle, worst = (_percent(value) for value in percentiles(trials.depth_error_after))
     apart = percentiles(trials.measured.centres_apart_px)
     low, high = (100.0 * end for end in result.interval)
-    aligned = "" if study.align is None else f"{study.align} mirror moved along the axis for the best, "
+    aligned = "" if study.align is None else f"{study.align} mirror adjusted along the axis, "
     lines = [
         f"{study.model.design.configuration}: depth error {100.0 * study.model.noise:.4g} % as designed "
         f"({noise_in_words(study.model.design)})",
@@ -140,7 +152,30 @@ def describe(study: ToleranceStudy) -> list[str]:
         lines.append(f"  few are good: {_what_helps(study)}")
     if result.blind:
         lines.append(f"  {result.blind} of them do not show all of the working volume")
-    return [*lines, ""]
+    return [*lines, *(_budget_in_words(study.budget) if study.budget is not None else ()), ""]
+
+
+def _budget_in_words(budget: Budget) -> list[str]:
+    """Each tolerance that was chosen with its class and cost, or what the finest class reaches."""
+    from designer.cli.table import format_table
+
+    asked, reached = f"{100.0 * budget.asked:g} %", f"{100.0 * budget.reached.value:.1f} %"
+    if not budget.choices:
+        return [
+            "",
+            f"No budget: with every open tolerance in the finest class {reached} of the sensors are good, not {asked}.",
+        ]
+    rows = [
+        (f"{choice.part} {choice.key}", choice.chosen, f"{choice.value:g}", f"{choice.cost:g}")
+        for choice in budget.choices
+    ]
+    of_class = ", ".join(f"{cost:g} with all {grade}" for grade, cost in budget.cost_of_class.items())
+    return [
+        "",
+        f"The cheapest classes found with which at least {asked} of the sensors are good ({reached}):",
+        format_table(("tolerance", "class", "value", "cost"), rows, ("value", "cost")),
+        f"cost: {budget.cost:g}; {of_class}",
+    ]
 
 
 def _what_helps(study: ToleranceStudy) -> str:
@@ -179,7 +214,7 @@ def _percent(value: float) -> str:
 
 
 def _number(value: float, decimals: int) -> str:
-    """A number, ``no depth`` where rays part and ``blind`` where the mirrors do not show all points."""
+    """A number, ``no depth`` where the rays diverge and ``blind`` where the mirrors do not show all points."""
     if value != value:
         return "blind"
     return "no depth" if value == float("inf") else f"{value:.{decimals}f}"

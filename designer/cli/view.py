@@ -35,10 +35,10 @@ def _page_of_study(folder: Path) -> Path:
 
         require_extra("imaging", f"reading the end-to-end checks of {folder}")
     from designer.report.html.document import write_html
-    from designer.study.claim import locked
+    from designer.study.claim import locked_study
     from designer.study.folder import read_study
 
-    with locked(folder):
+    with locked_study(folder):
         return write_html(read_study(folder), folder)
 
 

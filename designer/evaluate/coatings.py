@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from designer.evaluate.fabrication import ALUMINIUM_G_PER_MM3
-
 
 @dataclass(frozen=True, slots=True)
 class Coating:
@@ -22,11 +20,10 @@ class Coating:
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """What a blank is made of, how its face is made, and its density."""
+    """What a blank is made of, and how its face is made."""
 
     name: str
     process: str
-    density_g_per_mm3: float
 
 
 COATINGS = (
@@ -36,4 +33,4 @@ COATINGS = (
 )
 """The default comes first."""
 
-ALUMINIUM_6061 = Material("aluminium EN AW-6061", "diamond-turned", ALUMINIUM_G_PER_MM3)
+ALUMINIUM_6061 = Material("aluminium EN AW-6061", "diamond-turned")

@@ -6,7 +6,7 @@ m_u, and D = b / (m_l - m_u). With noise sigma_r in the image radius of each vie
     sigma_D / D = (D / b) sqrt(sigma_ml^2 + sigma_mu^2),   sigma_m = sigma_r (1 + m^2) / |dr/dphi|
 
 To this comes the share of an image scale that is known only to a relative standard uncertainty u: as a systematic part,
-u times the shift of :mod:`designer.evaluate.scale`, it is added in squares. The score is the root mean square of
+u times the shift of :mod:`designer.evaluate.scale`, it is added in quadrature. The score is the root mean square of
 sigma_D / D over the working volume, uniform in elevation (seen from the middle of the baseline) and log-uniform in
 distance. First order takes D for linear in the noise, but it is the reciprocal of
 the disparity m_l - m_u: see :func:`second_order`. Functions down to :func:`depth_error_rms` take floats, NumPy arrays

@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 ELEVATIONS = 33
 SHARP_BLUR_DEG = 0.5
 """Up to this blur in the scene a design is called sharp: for the paper's requirement nine tenths of a pinhole's points
-are left (``designer check --lens``)."""
+are left (``designer check``)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,50 +1,8 @@
-"""How precisely a point can be matched: texture, blur, light and window in closed form (docs/theory.md, the lens).
+"""How precisely a point can be matched: texture, blur, light and window in closed form (docs/theory.md, section 12).
 
-A match compares a window of the panorama in two views. What fixes it along the meridian is the energy of the
-texture's gradient there after all blur; what disturbs it is the noise of the pixels, and blur that differs between
-the views. Both views' blurs are measured where they meet, in mm on the surface: along the meridian (a) and across it
-(b), as standard deviations. A surface parallel to the axis at the horizontal distance D is taken, so that one radian
-of elevation is D (1 + m^2) along it and one of azimuth D.
-
-*Texture.* Relative contrast, equal in every octave between a coarsest and a finest wavelength, without preferred
-direction in space: its spectral density on a surface at the wave number q is C^2 / (2 pi q^2), C^2 = (contrast of an
-octave)^2 / log 2. Through a Gaussian
-
-    E[g^2] = C^2 / (2 a (a + b))        C^2 / (4 s^2) where a = b = s
-
-An evenly lit disc of diameter d leaves exactly what a Gaussian of its variance d^2 / 16 leaves, since the integral of
-J1(x)^2 / x is 1/2. The ideal lens's diffraction leaves what a Gaussian of 0.470 lambda N leaves. Where the texture
-ends, E[g^2] = C^2 / (4 s^2) (A(k_coarsest^2 s^2) - A(k_finest^2 s^2)) with s^2 = a (a + b) / 2 and
-A(y) = F(sqrt y) / sqrt y, F being Dawson's integral: the mean of exp(-y sin^2) over all directions.
-
-*Light.* In units of the surface's own signal, a pixel of n electrons has the variance 1 / n + (read noise / n)^2
-+ quantisation; n falls with the square of the f-number, with each reflection, and towards the rim of the image
-(:mod:`designer.optics.illumination`).
-
-*Window.* Least squares over a window of area W, on panoramas that equalisation has smoothed (h), finds the shift with
-
-    sigma_z^2 = sum over the views of (v P E[g^2; S^2 + h^2] + v' P' E[g^2; S^2]) / (W E[g^2; S^2]^2)
-
-where v is the variance of a raw pixel and P its area on the surface, v' and P' the panorama's own rounding and pixel,
-and E[g^2; S^2] the gradient's energy after all blur S. For white noise, h = 0, this is Cramer and Rao's bound
-sigma_n^2 / sum of g^2; smoothed noise leaves the bound where it was but least squares a little above it.
-
-*Aliasing.* What the pixels of a sharp image fold down is noise that no light takes away. To low wave numbers they
-fold what lies about 2 pi / pixel, where the square pixel passes little: in pixels its spectral density is
-1.08 C^2 q^2 / (16 pi^5), 1.08 summing the higher orders. Through the lens's blur of variance b in pixels, and with A
-for that of all that is seen and smoothed, the sum over wave numbers shrinks by about exp(-4 pi^2 b A / (A + b)), by
-Laplace's method. It is the floor of well-lit, well-focused images, and vanishes within two pixels of defocus.
-
-*Unequal blur.* Two views that are not equally sharp see windows whose edges differ. By parts, the integral of
-g (I_upper - I_lower) over the window leaves only terms at its edges: a standard deviation of 0.32 times the difference
-of the variances along the meridian over the side of the window, and 0.5 times that across it (by simulation), more
-where the matcher weighs the window unevenly.
-
-*Unequal scale.* Near by, the two views see a surface at different slants, so a window of one is shorter in the other by
-(1 + m_upper^2) / (1 + m_lower^2): the square windows that find the surface lose their grip, and the noise of what they
-find grows with window times that excess.
-
-Every function takes floats, NumPy arrays or CasADi symbols; lengths in mm on the sensor or on the surface.
+Blur is that of both views where they meet, in mm on a surface parallel to the axis: along the meridian and across it,
+as standard deviations. Every function takes floats, NumPy arrays or CasADi symbols; lengths in mm on the sensor or on
+the surface.
 """
 
 from __future__ import annotations
@@ -216,7 +174,7 @@ def matching_noise(
     """Standard deviation, in mm on the sensor, of a matched point's radial position in the upper and the lower view.
 
     The two are independent parts of the error of one match: its depth error is that of
-    :func:`designer.evaluate.depth.slope_error` for the one and the other view, added in squares.
+    :func:`designer.evaluate.depth.slope_error` for the one and the other view, added in quadrature.
 
     Parameters
     ----------

@@ -27,8 +27,8 @@ class PointScore:
     """Standard deviations, disparity steps and the smallest object at mid-elevation and one distance.
 
     ``sigma_distance_mm`` and ``sigma_height_mm`` count what the score counts: the noise of the design and the
-    uncertainty of the image's scale, added in squares. Those that end in ``by_noise`` and ``by_scale`` are the parts.
-    The azimuth does not depend on the scale. None where a number is not finite.
+    uncertainty of the image's scale, added in quadrature. Those that end in ``by_noise`` and ``by_scale`` are the
+    parts. The azimuth does not depend on the scale. None where a number is not finite.
     """
 
     distance_mm: float

@@ -26,7 +26,7 @@ class Conditions:
     """What a noise is predicted for, beside the design: camera, light, texture, and the matcher.
 
     ``constant`` is a standard deviation in mm on the sensor that counts whatever the lens does; with a
-    ``predicted_share`` of 0 it is all there is, with 1 the prediction is added to it in squares. (A share that is a
+    ``predicted_share`` of 0 it is all there is, with 1 the prediction is added to it in quadrature. (A share that is a
     symbol may become either.)
     """
 

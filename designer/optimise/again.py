@@ -8,7 +8,7 @@ feasible here is followed if it does better there, by the size of the objective,
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
@@ -96,13 +96,52 @@ def search_again(
     Better is: feasible for the first time; or less of the first objective in any variant; or less of the second at no
     more of the first. The first objective is never worse than it was.
     """
-    goals = requirement.objective
-    first = Target(goals.minimise)
+    return _conclude(requirement, configuration, _branches(requirement, configuration, own, neighbours, fresh))
+
+
+def least_again(
+    requirement: Requirement,
+    configuration: Configuration,
+    own: Sequence[WarmStart],
+    neighbours: Sequence[Sequence[WarmStart]],
+    fresh: Fresh | None = None,
+    hopeless: Collection[tuple[int, int]] = (),
+) -> tuple[Candidate, tuple[WarmStart, ...]] | None:
+    """The same for the first objective alone: its best new design, and where every lens and variant ends now.
+
+    ``hopeless`` are pairs of a lens and a variant, by their numbers, that are not looked at.
+    """
+    goal = requirement.objective.minimise
+    branches = _branches(requirement, configuration, own, neighbours, fresh, hopeless)
+    found = [design for again in branches for design in again.found]
+    if not found:
+        return None
+    ends = {(start.lens, start.variant): start for start in own}
+    for again in branches:
+        branch = again.branch
+        if again.found:
+            branch.designs = again.found
+            ends[branch.lens, branch.variant] = branch.warm_start(goal, goal)
+    return min(found, key=lambda design: design.goals[goal]), tuple(ends.values())
+
+
+def _branches(
+    requirement: Requirement,
+    configuration: Configuration,
+    own: Sequence[WarmStart],
+    neighbours: Sequence[Sequence[WarmStart]],
+    fresh: Fresh | None,
+    hopeless: Collection[tuple[int, int]] = (),
+) -> list[_Branch]:
+    """Every lens and variant after its first stage, but those of which nothing is known and nothing sought."""
+    first = Target(requirement.objective.minimise)
     branches = []
     by_branch = {(start.lens, start.variant): start for start in own}
     for (lens_index, lens), (variant_index, variant) in product(
         enumerate(requirement.camera.lenses), enumerate(enumerate_variants(configuration))
     ):
+        if (lens_index, variant_index) in hopeless:
+            continue
         if why_impossible(variant, specification_of(requirement, lens), free_ranges(requirement, lens)) is not None:
             continue
         known = by_branch.get((lens_index, variant_index))
@@ -118,7 +157,7 @@ def search_again(
         again = _Branch(branch, around)
         _first_stage(requirement, again, first, fresh)
         branches.append(again)
-    return _conclude(requirement, configuration, branches)
+    return branches
 
 
 def _first_stage(requirement: Requirement, again: _Branch, target: Target, fresh: Fresh | None) -> None:

@@ -22,6 +22,7 @@ from designer.optimise.separating_directions import (
     rechoose_directions,
 )
 from designer.optimise.solver import Run, SolverResult, Target, minimise, reduce_violation
+from designer.optimise.system import put_together
 from designer.optimise.variables import VARIABLE_NAMES
 from designer.requirement import SAME_OBJECTIVE, Lens
 
@@ -29,6 +30,8 @@ Array = NDArray[np.float64]
 
 # A design is feasible when no constraint fails by more than this, as a share of its scale (a nanometre for lengths).
 LARGEST_VIOLATION = 1e-6
+# Nobody asks how good a design is that fails by more than this, and to predict its noise takes as long as all else.
+FAR_FROM_FEASIBLE = 1e-3
 # Designs nearer than this in the unit box are the same.
 SAME_POINT = 1e-3
 # How often separating directions are chosen anew.
@@ -45,7 +48,8 @@ WORTH_ANOTHER_RESTART = 1e-4
 class Candidate:
     """A design in the unit box, checked; it carries what is needed to go on from it.
 
-    ``goals`` holds every goal in its own unit, ``violation`` the largest scaled violation.
+    ``goals`` holds every goal in its own unit, but nothing if the design is far from feasible (``FAR_FROM_FEASIBLE``);
+    ``violation`` is the largest scaled violation.
     """
 
     problem: Problem
@@ -115,10 +119,10 @@ def examine_all(task: Task, scaled: Array, directions: Sequence[SeparatingDirect
     with np.errstate(all="ignore"):
         values, system = problem.enclosed(problem.physical(scaled))
         evaluation = evaluate(problem, system)
-        goals = {name: np.broadcast_to(goal.expression(system), shape) for name, goal in GOALS.items()}
     enclosed = problem.scaled(values)
     by_name = {name: np.broadcast_to(value, shape) for name, value in values.items()}
     violations = evaluation.largest_violations
+    goals = _goals_of(problem, by_name, violations <= FAR_FROM_FEASIBLE)
     return [
         Candidate(
             problem,
@@ -126,13 +130,27 @@ def examine_all(task: Task, scaled: Array, directions: Sequence[SeparatingDirect
             task.scales,
             enclosed[:, index],
             {name: float(value[index]) for name, value in by_name.items()},
-            {name: float(value[index]) for name, value in goals.items()},
+            goals[index],
             choice,
             float(violations[index]),
             evaluation.of_design(index),
         )
         for index, choice in enumerate(directions)
     ]
+
+
+def _goals_of(problem: Problem, values: dict[str, Array], is_asked: NDArray[np.bool_]) -> list[dict[str, float]]:
+    """Every goal of those designs (n,) that are asked for, by name; nothing of the others."""
+    goals: list[dict[str, float]] = [{} for _ in is_asked]
+    chosen = np.flatnonzero(is_asked)
+    if chosen.size:
+        asked = {name: value[chosen] for name, value in values.items()}
+        with np.errstate(all="ignore"):
+            system = put_together(problem.variant, asked, problem.specification)
+            columns = {name: np.broadcast_to(goal.expression(system), chosen.shape) for name, goal in GOALS.items()}
+        for place, index in enumerate(chosen):
+            goals[index] = {name: float(column[place]) for name, column in columns.items()}
+    return goals
 
 
 def make_feasible(task: Task, starts: Sequence[Candidate]) -> list[Candidate]:
@@ -173,8 +191,8 @@ def improve(task: Task, starts: Sequence[Candidate], target: Target) -> list[Can
         again = []
         for index, reached in zip(active, _examine_results(task, results, [choices[i] for i in active]), strict=True):
             choice = choices[index]
-            better = reached.goals[target.minimise] < best[index].goals[target.minimise] * (1.0 - SAME_OBJECTIVE)
-            if reached.is_feasible and reached.keeps(target) and better:
+            least = best[index].goals[target.minimise] * (1.0 - SAME_OBJECTIVE)
+            if reached.is_feasible and reached.keeps(target) and reached.goals[target.minimise] < least:
                 best[index] = reached
             # A feasible result may be held by a direction that need not be; one that is not feasible met a pair that
             # had been left out as far.

@@ -11,16 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from designer.optimise.again import Fresh, search_again
+from designer.optimise.again import Fresh, least_again
 from designer.optimise.branch import WarmStart, limit_at
 from designer.optimise.multistart import LARGEST_VIOLATION, Candidate, improve, task_of
 from designer.optimise.solver import Target
 from designer.optimise.variants import enumerate_variants
 from designer.requirement import Requirement, set_key
 
-# So many fresh starts for each variant at each bound but the tightest, which gets as many as a study: what fits there
-# fits everywhere.
+# So many fresh starts for each variant at every so manyth bound, the tightest included, whose finds fit everywhere.
 FEW_STARTS = 2
+FRESH_EVERY = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,11 @@ class ParetoPoint:
 
 
 def trace_pareto_front(
-    requirement: Requirement, first: Candidate, sizes: Sequence[str], points: int
+    requirement: Requirement,
+    first: Candidate,
+    sizes: Sequence[str],
+    points: int,
+    unbounded: Sequence[WarmStart] = (),
 ) -> list[ParetoPoint]:
     """Bound each size in equal steps, from that of the least depth error down to the least found.
 
@@ -46,6 +50,8 @@ def trace_pareto_front(
         What was asked; its objectives play no part.
     first
         A feasible design, whatever was minimised to find it.
+    unbounded
+        Where the search for the least depth error without any bound ended in each lens and variant, if known.
     """
     loosest = improve(task_of(first), [first], Target("depth_error"))[0]
     front = []
@@ -56,7 +62,7 @@ def trace_pareto_front(
         limits = [float(limit) for limit in np.linspace(loosest.goals[size], least, points)]
         bounds = [max(limit, least * (1.0 + 1e-6)) for limit in limits]
         found = _loosened(smallest, size, bounds, _tightened(loosest, size, bounds))
-        found = _shared(requirement, size, bounds, found)
+        found = _shared(requirement, size, bounds, found, unbounded)
         front += [ParetoPoint(size, limit, design.goals) for limit, design in zip(limits, found, strict=True)]
     return front
 
@@ -94,31 +100,41 @@ def _least_depth_error(start: Candidate, size: str, bound: float) -> Candidate:
 
 
 def _shared(
-    requirement: Requirement, size: str, bounds: Sequence[float], designs: Sequence[Candidate]
+    requirement: Requirement,
+    size: str,
+    bounds: Sequence[float],
+    designs: Sequence[Candidate],
+    unbounded: Sequence[WarmStart],
 ) -> list[Candidate]:
     """The designs within their bounds, loosest first, after fresh starts and after what each has learnt from others."""
     found = list(designs)
     asked = [_bounded(requirement, size, bound) for bound in bounds]
     known: list[Sequence[WarmStart]] = [(_warm_start(requirement, design),) for design in designs]
     configuration = designs[0].problem.variant.configuration
+    # A bound takes designs away and adds none: a variant does no better within it, if its search found the best.
+    least = {(start.lens, start.variant): start.first_value for start in unbounded if start.first_value is not None}
     is_first = True
     waiting = set(range(len(bounds)))
     while waiting:
         better = set()
         for place in sorted(waiting):
-            beside = [other for other in (place - 1, place + 1) if 0 <= other < len(bounds)]
-            result = search_again(
+            reached = found[place].goals["depth_error"]
+            beside = [known[other] for other in (place - 1, place + 1) if 0 <= other < len(bounds)]
+            is_fresh = is_first and (len(bounds) - 1 - place) % FRESH_EVERY == 0
+            result = least_again(
                 asked[place],
                 configuration,
                 known[place],
-                [known[other] for other in beside],
-                (Fresh() if place == len(bounds) - 1 else Fresh(FEW_STARTS, place + 1)) if is_first else None,
+                beside if place else [unbounded, *beside],
+                Fresh(FEW_STARTS, place + 1) if is_fresh else None,
+                [branch for branch, value in least.items() if value >= reached],
             )
-            if result is not None and result.first is not None:
-                known[place] = result.warm_starts
-                if result.first.goals["depth_error"] < found[place].goals["depth_error"]:
-                    found[place] = result.first
-                better.add(place)
+            if result is None:
+                continue
+            best, known[place] = result
+            if best.goals["depth_error"] < reached:
+                found[place] = best
+            better.add(place)
         waiting = {other for place in better for other in (place - 1, place + 1) if 0 <= other < len(bounds)}
         is_first = False
     for place in reversed(range(len(bounds) - 1)):

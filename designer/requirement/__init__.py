@@ -2,6 +2,7 @@
 
 from designer.requirement.camera import Camera, Lens
 from designer.requirement.fixed import Fixed, FixedMirror, FixedView
+from designer.requirement.manufacture import Manufacture
 from designer.requirement.model import PREDICTED, SAME_OBJECTIVE, Objective, Requirement, Solve
 from designer.requirement.reading import (
     NOT_ASKED,
@@ -13,7 +14,7 @@ from designer.requirement.reading import (
     requirement_to_toml,
     set_key,
 )
-from designer.requirement.space import Envelope, Manufacture, WorkingVolume
+from designer.requirement.space import Envelope, WorkingVolume
 
 __all__ = [
     "NOT_ASKED",

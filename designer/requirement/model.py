@@ -17,11 +17,12 @@ from designer.goals import GOALS
 from designer.requirement.camera import Camera
 from designer.requirement.fixed import Fixed
 from designer.requirement.light import Light, Matching
+from designer.requirement.manufacture import Manufacture
 from designer.requirement.names import select_configurations
 from designer.requirement.part import METRES, NumberOrRange, Part, ends
 from designer.requirement.quantity import Choice, NumberOrWord, Quantity, refuse
 from designer.requirement.sharpness import Sharpness
-from designer.requirement.space import Envelope, Manufacture, WorkingVolume
+from designer.requirement.space import Envelope, WorkingVolume
 
 # What differs by more cannot be met to the solver's tolerance either.
 SAME_LENGTH_MM = 1e-6
@@ -171,9 +172,9 @@ class Requirement(Part):
             title="scale uncertainty",
             default=0.02,
             description="Relative standard uncertainty of the image's scale (principal distance, focus, temperature, "
-            "pixel pitch). The systematic depth error that it causes is added to that of the noise in squares. It is "
-            "large in folded designs, where the shifts of the two views add up, and small in direct ones, where they "
-            "nearly cancel. Default: 0.02, which a careful calibration reaches. 0: not counted.",
+            "pixel pitch). The systematic depth error that it causes is added to that of the noise in quadrature. It "
+            "is large in folded designs, where the shifts of the two views add up, and small in direct ones, where "
+            "they nearly cancel. Default: 0.02, which a careful calibration reaches. 0: not counted.",
         ),
     ]
     working_volume: WorkingVolume

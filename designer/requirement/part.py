@@ -47,3 +47,17 @@ class Part(BaseModel):
             if isinstance(kind, type) and issubclass(kind, Part) and key in kind.model_fields:
                 return name
         return None
+
+
+def given(value: object) -> Any:
+    """A part of a requirement as plain tables, arrays and values: what was given, without the defaults.
+
+    Pydantic's own dump takes a Ctrl-C that arrives in the middle of a union for a value of another kind, warns and goes
+    on; a sweep dumps its requirement thousands of times.
+    """
+    if isinstance(value, BaseModel):
+        names = (name for name in type(value).model_fields if name in value.model_fields_set)
+        return {name: given(getattr(value, name)) for name in names}
+    if isinstance(value, dict):
+        return {key: given(element) for key, element in value.items()}
+    return [given(element) for element in value] if isinstance(value, tuple | list) else value

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from designer.files import InputError, describe_validation_error, read_text
 from designer.requirement.model import Requirement
-from designer.requirement.part import Part
+from designer.requirement.part import Part, given
 
 LARGEST_FILE_BYTES = 1_000_000
 NamedPart = TypeVar("NamedPart", bound=Part)
@@ -66,7 +66,7 @@ def requirement_to_toml(requirement: Requirement) -> str:
 
 def requirement_to_json(requirement: Requirement) -> str:
     """What was given, as JSON: defaults are left out, so that they still follow other keys when one is set."""
-    return requirement.model_dump_json(exclude_unset=True)
+    return json.dumps(given(requirement))
 
 
 def requirement_from_json(text: str) -> Requirement:
@@ -93,7 +93,7 @@ def set_key(requirement: Requirement, key: str, value: object) -> Requirement:
     InputError
         There is no such key, or the value is not allowed.
     """
-    content = requirement.model_dump(exclude_unset=True)
+    content = given(requirement)
     *parents, last = key.split(".")
     target: Any = content
     for part in parents:
@@ -108,8 +108,6 @@ def set_key(requirement: Requirement, key: str, value: object) -> Requirement:
 def _child(target: Any, part: str, key: str) -> Any:
     place: Any = _index(target, part, key) if isinstance(target, list) else part
     child = target[place] if isinstance(target, list) else target.setdefault(place, {})
-    if isinstance(child, tuple):  # catalogues are kept as tuples, which cannot be changed in place
-        child = target[place] = list(child)
     if not isinstance(child, dict | list):
         raise InputError(f"{key}: {part} holds no further keys")
     return child

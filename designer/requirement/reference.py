@@ -73,7 +73,7 @@ def _allowed(field: FieldInfo) -> str:
         return ", ".join(f'`"{choice}"`' for choice in get_args(field.annotation))
     if field.annotation is str:
         return "text"
-    if field.annotation == tuple[str, ...]:
+    if get_origin(field.annotation) is tuple:
         return "an array of strings"
     return "table"
 

@@ -1,4 +1,4 @@
-"""How sharp the images must be, and the light that they are taken in."""
+"""How sharp the images must be."""
 
 from __future__ import annotations
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import errno
-import fcntl
 import tempfile
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
-from designer.files import InputError, check_folder
+from designer.files import InputError, check_folder, writing
+from designer.study.lock import locked
 from designer.study.manifest import MANIFEST, files_of_others, read_manifest, refuse_others
 from designer.study.names import FIGURES
 
@@ -26,42 +25,22 @@ def claimed(folder: Path, names: Collection[str]) -> Iterator[list[str]]:
         The folder cannot be written, holds something that is no study, or a file in the way that the study did not
         write as it is; or another process holds it.
     """
-    try:
+    with writing(folder):
         check_folder(folder)
         _refuse_other_kinds(folder)
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
-    except OSError as error:
-        raise InputError(f"{folder}: results cannot be written there: {error.strerror or error}") from None
-    with locked(folder):
+    with locked_study(folder):
         manifest = read_manifest(folder) or {}
         figures = [name for name in manifest if name.startswith(f"{FIGURES}/")]
         refuse_others(folder, manifest, [*names, *figures])
         yield files_of_others(folder, manifest)
 
 
-@contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """Hold a folder alone; the lock goes with the process, however that ends.
-
-    Raises
-    ------
-    InputError
-        Another process holds it, or the folder cannot be written.
-    """
-    try:
-        lock = (folder / LOCK).open("w")
-    except OSError as error:
-        raise InputError(f"{folder}: results cannot be written there: {error.strerror or error}") from None
-    with lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            if error.errno not in {errno.EAGAIN, errno.EACCES}:
-                raise
-            raise InputError(f"{folder}: another process is working on the study in this folder") from None
-        yield
+def locked_study(folder: Path) -> AbstractContextManager[None]:
+    """Hold the folder of a study alone, see :func:`designer.study.lock.locked`."""
+    return locked(folder / LOCK, "study")
 
 
 def _refuse_other_kinds(folder: Path) -> None:

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import pandas as pd
-
 from designer.goals import GOALS, in_columns
 
-if TYPE_CHECKING:  # tables are read without the solver
+if TYPE_CHECKING:  # tables are read without the solver, and processes that solve need no tables
+    import pandas as pd
+
     from designer.configurations import Configuration
     from designer.design import Design
     from designer.evaluate.focus import FocusScore
@@ -164,6 +164,7 @@ _FURTHER = (
         lambda found: found.result.best.lens.name if found.design and found.result and found.result.best else None,
         "lens",
     ),
+    Column("lens_projection", str, _of_design(lambda design: design.record.camera.projection), "projection"),
     Column("f_number", float, _of_design(lambda design: design.record.camera.f_number), "f-number"),
     Column(
         "focus_distance_mm",

@@ -19,8 +19,8 @@ from dataclasses import astuple, fields, replace
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import pandas as pd
 from pydantic import JsonValue
 
 from designer import __version__
@@ -49,6 +49,9 @@ from designer.study.names import (
 )
 from designer.study.row import Row, frame_of, read_row
 from designer.study.study import LensRow, ParetoRow, Study
+
+if TYPE_CHECKING:  # imported when a table is written
+    import pandas as pd
 
 _PACKAGES = ("numpy", "scipy", "casadi", "pydantic", "pandas", "matplotlib", "typst")
 
@@ -119,11 +122,15 @@ def write_page(folder: Path, page: str) -> Path:
 
 def pareto_frame(pareto: Sequence[ParetoRow]) -> pd.DataFrame:
     """One row for each point of the Pareto fronts."""
+    import pandas as pd
+
     return pd.DataFrame([astuple(row) for row in pareto], columns=[field.name for field in fields(ParetoRow)])
 
 
 def lens_frame(lenses: Sequence[LensRow]) -> pd.DataFrame:
     """One row for each configuration and lens of a catalogue."""
+    import pandas as pd
+
     return pd.DataFrame([astuple(row) for row in lenses], columns=[field.name for field in fields(LensRow)])
 
 

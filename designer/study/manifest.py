@@ -7,7 +7,6 @@ written: whatever stands there after a crash is the study's own.
 from __future__ import annotations
 
 import csv
-import hashlib
 import io
 import json
 from collections.abc import Collection, Iterable, Iterator
@@ -15,6 +14,7 @@ from contextlib import suppress
 from pathlib import Path, PurePosixPath
 
 from designer.files import InputError, read_text, write_atomically
+from designer.own_files import listed, sha256
 from designer.study.names import FIGURE_LIST, FIGURES, LENSES, PAGE, PROVENANCE, RESULTS, figure_name, names_of_study
 
 MANIFEST = "manifest.json"
@@ -34,7 +34,6 @@ _FIGURES_OF_VERSION_0_1 = (
 )
 """How the figures begin that a report of version 0.1, which lists none, drew of each configuration."""
 _PLOTS_OF_VERSION_0_1 = ("trade-height.svg", "trade-diameter.svg", "fronts-height.svg", "fronts-diameter.svg")
-_MOST_NAMED = 10
 
 
 def read_manifest(folder: Path) -> Manifest | None:
@@ -76,7 +75,7 @@ def settle(folder: Path, names: Iterable[str]) -> None:
     manifest = read_manifest(folder) or {}
     for name in names:
         if (folder / name).is_file():
-            manifest[name] = _sha256(folder / name)
+            manifest[name] = sha256((folder / name).read_bytes())
         else:
             manifest.pop(name, None)
     _write(folder, manifest)
@@ -114,12 +113,6 @@ def files_of_others(folder: Path, manifest: Manifest) -> list[str]:
     return list(_others(folder, folder, manifest))
 
 
-def listed(names: Collection[str]) -> str:
-    """Names in one line, the first few of many."""
-    shown = ", ".join(list(names)[:_MOST_NAMED])
-    return shown if len(names) <= _MOST_NAMED else f"{shown} and {len(names) - _MOST_NAMED} others"
-
-
 def _others(folder: Path, inside: Path, manifest: Manifest) -> Iterator[str]:
     own_folders = {str(parent) for name in manifest for parent in PurePosixPath(name).parents}
     for path in sorted(inside.iterdir()):
@@ -146,7 +139,7 @@ def _is_own(folder: Path, manifest: Manifest, name: str) -> bool:
     if name not in manifest:
         return False
     digest = manifest[name]
-    return digest is None or digest == _sha256(path)
+    return digest is None or digest == sha256(path.read_bytes())
 
 
 def _manifest_of_tables(folder: Path) -> Manifest | None:
@@ -161,7 +154,8 @@ def _manifest_of_tables(folder: Path) -> Manifest | None:
     # Those versions wrote neither a table of lenses nor a page.
     of_study = [name for name in names_of_study(configurations) if name not in (LENSES, PAGE)]
     names = [*of_study, *map(figure_name, _figures_of_tables(folder, configurations))]
-    return {name: _sha256(folder / name) for name in names if _is_inside(name) and (folder / name).is_file()}
+    present = [name for name in names if _is_inside(name) and (folder / name).is_file()]
+    return {name: sha256((folder / name).read_bytes()) for name in present}
 
 
 def _figures_of_tables(folder: Path, configurations: list[str]) -> list[str]:
@@ -190,7 +184,3 @@ def _is_inside(name: str) -> bool:
     """Whether a name leads to a place in the folder: nothing outside is ever replaced or removed."""
     path = PurePosixPath(name)
     return not path.is_absolute() and ".." not in path.parts and "\0" not in name and str(path) == name
-
-
-def _sha256(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()

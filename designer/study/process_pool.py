@@ -12,11 +12,18 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 
+_FORKSERVER = multiprocessing.get_context("forkserver")
+
 
 def build_pool(jobs: int, preload: str) -> ProcessPoolExecutor:
     """A pool whose processes come from a server that has imported the module ``preload`` once."""
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([preload])
+    start_server(preload)
+    return ProcessPoolExecutor(jobs, mp_context=_FORKSERVER, initializer=begin_as_child)
+
+
+def start_server(preload: str) -> None:
+    """Start the server that processes come from, unless it runs: it imports ``preload`` while this process goes on."""
+    _FORKSERVER.set_forkserver_preload([preload])
     if _is_main_thread():
         # Ctrl-C reaches every process of a terminal: while it imports, the server would die of it, loudly.
         previous = signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -24,7 +31,6 @@ def build_pool(jobs: int, preload: str) -> ProcessPoolExecutor:
             multiprocessing.forkserver.ensure_running()
         finally:
             signal.signal(signal.SIGINT, previous)
-    return ProcessPoolExecutor(jobs, mp_context=context, initializer=begin_as_child)
 
 
 @contextmanager

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-
-import pandas as pd
+from typing import TYPE_CHECKING
 
 from designer.study.columns import COLUMNS, NAMES_OF_VERSION_0_1, Column, Found, Value, typed
+
+if TYPE_CHECKING:  # processes that solve need no tables
+    import pandas as pd
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +94,8 @@ def read_row(texts: Mapping[str, str]) -> Row:
 
 def frame_of(rows: Iterable[Row], columns: Mapping[str, Column] = COLUMNS) -> pd.DataFrame:
     """The rows as a table, with every column whether or not any row has it."""
+    import pandas as pd
+
     return typed(pd.DataFrame([row.values for row in rows], columns=list(columns)))
 
 

@@ -113,7 +113,7 @@ def _trace_pareto_fronts(
     ranked = list(ranked)
     best = [place for place, result in enumerate(ranked) if result.first is not None][:DESIGNS_WITH_PARETO_FRONTS]
     found: dict[int, list[ParetoRow]] = {}
-    tasks = [(requirement, ranked[place].first) for place in best]
+    tasks = [(requirement, ranked[place].first, ranked[place].warm_starts) for place in best]
     for index, future in run_each(processes, pareto_front_of, tasks):
         place = best[index]
         try:

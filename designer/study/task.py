@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 import traceback
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from designer.configurations import Configuration
@@ -11,6 +12,7 @@ from designer.design import Design
 from designer.evaluate.focus import focus_score
 from designer.evaluate.score import depth_score
 from designer.goals import in_columns
+from designer.optimise.branch import WarmStart
 from designer.optimise.multistart import Candidate
 from designer.optimise.pareto_fronts import ParetoPoint, trace_pareto_front
 from designer.optimise.program import forget_programs
@@ -31,8 +33,8 @@ PARETO_SIZES = ("height", "diameter")
 class ConfigurationResult:
     """What a study knows of one configuration.
 
-    ``design`` and ``first``, where Pareto fronts start from, are None unless the row's status is feasible. ``lenses``
-    has a row for each lens of a catalogue.
+    ``design`` and ``first``, where Pareto fronts start from with ``warm_starts``, are None unless the row's status is
+    feasible. ``lenses`` has a row for each lens of a catalogue.
     """
 
     configuration: Configuration
@@ -40,6 +42,7 @@ class ConfigurationResult:
     design: Design | None = None
     first: Candidate | None = None
     lenses: tuple[LensRow, ...] = ()
+    warm_starts: tuple[WarmStart, ...] = ()
 
     @property
     def status(self) -> str:
@@ -72,7 +75,7 @@ def solve_configuration(requirement: Requirement, configuration: Configuration) 
         return failed(configuration, why_broken_down(error))
     if found is None:
         return ConfigurationResult(configuration, row, lenses=lenses)
-    return ConfigurationResult(configuration, row, found.record, result.first, lenses)
+    return ConfigurationResult(configuration, row, found.record, result.first, lenses, result.warm_starts)
 
 
 def failed(configuration: Configuration, reason: str) -> ConfigurationResult:
@@ -142,10 +145,17 @@ def _judged(requirement: Requirement, result: SearchResult) -> _LensOutcome:
         return _LensOutcome("failed", why_broken_down(error))
 
 
-def pareto_front_of(requirement: Requirement, first: Candidate) -> list[ParetoRow]:
-    """Pareto fronts of depth error against height and diameter of one design, whatever the first objective."""
+def pareto_front_of(
+    requirement: Requirement, first: Candidate, warm_starts: Sequence[WarmStart] = ()
+) -> list[ParetoRow]:
+    """Pareto fronts of depth error against height and diameter of one design, whatever the first objective.
+
+    ``warm_starts`` are those of the search that found it.
+    """
     name = first.problem.variant.configuration.name
-    return [_pareto_row(name, point) for point in trace_pareto_front(requirement, first, PARETO_SIZES, PARETO_POINTS)]
+    unbounded = warm_starts if requirement.objective.minimise == "depth_error" else ()
+    front = trace_pareto_front(requirement, first, PARETO_SIZES, PARETO_POINTS, unbounded)
+    return [_pareto_row(name, point) for point in front]
 
 
 def _pareto_row(configuration: str, point: ParetoPoint) -> ParetoRow:

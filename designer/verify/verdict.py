@@ -82,11 +82,6 @@ class Verdict:
         """The lesser clearance of the two views."""
         return min(self.upper.clearance_mm, self.lower.clearance_mm)
 
-    @property
-    def smallest_clearance_at(self) -> str:
-        """Which view, leg and rim have the smallest clearance; empty if none was found."""
-        return min(self.views.values(), key=lambda view: view.clearance_mm).clearance_at
-
     def _repr_html_(self) -> str:
         title = f"{self.configuration}: {'passes' if self.passed else 'does not pass'}"
         columns = (

@@ -326,7 +326,7 @@ def test_a_sensor_without_departures_is_as_designed(tmp_path, uncertainty):
     noise = "noise and scale" if uncertainty else "noise"
     assert f"  depth error with {noise}: " in said[1]
     assert "e-" not in said[1]
-    assert "px rms, no depth at some points, since rays part; image centres" in said[2]
+    assert "px rms, no depth at some points: the rays diverge; image centres" in said[2]
 
 
 def test_rays_of_ones_own_meet_the_mirrors_where_they_were_built():

@@ -51,7 +51,7 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
         designs = {row.configuration: best for row in ranked}
         return Study(requirement, (*ranked, *rows[len(ranked) :]), designs, lenses=seen.lenses)
 
-    def write_pdf(study: Study, study_dir: Path, tell: Callable[[str], None] | None) -> Path:
+    def write_pdf(study: Study, study_dir: Path, tell: Callable[[str], None] | None, *, jobs: int) -> Path:
         seen.reports.append(study_dir)
         if tell:
             tell("the fonts lack characters of title")

@@ -76,6 +76,16 @@ def test_the_image_radius_changes_with_elevation_as_its_slope_says(law: ImageLaw
     assert np.abs(slope) == pytest.approx(FOCAL_MM * law.ratio_slope(tangent) * np.sin(psi) / np.cos(phi), rel=1e-12)
 
 
+@pytest.mark.parametrize("law", [*LAWS, PERSPECTIVE], ids=[*IDS, "plain perspective"])
+def test_what_an_error_of_scale_is_worth_in_angle(law: ImageLaw) -> None:
+    """A radius that is larger by a share is that of another angle: by central differences of the inverse."""
+    psi, step = np.linspace(0.05, 0.9, 30) * min(law.widest, 1.4), 1e-6
+    ratio = law.ratio(np.tan(psi / 2.0))
+    low, high = (2.0 * np.arctan(law.half_tangent(ratio * scale)) for scale in (1.0 - step, 1.0 + step))
+    share = (high - low) / (2.0 * step) / np.sin(psi)
+    np.testing.assert_allclose(law.scale_share(np.tan(psi / 2.0)), share, rtol=1e-6)
+
+
 def test_no_distortion_is_the_perspective_lens_to_the_last_bit() -> None:
     slope, gain = np.linspace(-0.9, 0.9, 50), 0.2
     zeros = ImageLaw("perspective", (0.0, 0.0, 0.0))

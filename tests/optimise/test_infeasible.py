@@ -8,6 +8,7 @@ import pytest
 from designer.configurations import Configuration
 from designer.optimise.limit import limiting_gains
 from designer.optimise.search import search
+from designer.optimise.variables import fixed_parameters
 from designer.optimise.variants import enumerate_variants
 from designer.requirement import Requirement, set_key
 from support.random_requirements import random_requirement
@@ -28,8 +29,9 @@ def drawn(seed: int) -> tuple[Requirement, list[Configuration]]:
 def found_all_the_same(requirement: Requirement, configuration: Configuration, seed: int) -> list[str]:
     """The variants of a configuration that the wider search finds a design of."""
     (lens,) = requirement.camera.lenses
+    fixed = tuple(sorted(fixed_parameters(requirement).items()))
     reached = {
-        variant.label: nearest_to_feasible(problem_of(requirement, variant), lens, STARTS, seed)
+        variant.label: nearest_to_feasible(problem_of(requirement, variant, fixed), lens, STARTS, seed)
         for variant in enumerate_variants(configuration)
     }
     return [label for label, design in reached.items() if design.is_feasible]

@@ -13,7 +13,8 @@ def test_a_front_is_monotone_and_as_good_as_a_search_within_each_bound():
     """Descents from bound to bound alone end with twice the depth error at the tight end of this one."""
     chosen = configuration("folded-HyHy-Hy-upper_inner")
     requirement = drone(60.0, 100.0)
-    front = trace_pareto_front(requirement, search(requirement, chosen).first, ["height"], 5)
+    found = search(requirement, chosen)
+    front = trace_pareto_front(requirement, found.first, ["height"], 5, found.warm_starts)
     assert [point.limit for point in front] == sorted((point.limit for point in front), reverse=True)
     for looser, tighter in itertools.pairwise(front):
         assert looser.goals["depth_error"] <= tighter.goals["depth_error"]

@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from designer.study.checks import Half
+
 ALWAYS = 99
 
 
@@ -51,11 +53,11 @@ def name_of_configuration(requirement: Any, configuration: Any) -> str:
     return str(configuration.name)
 
 
-def name_of_first(requirement: Any, first: Any) -> str:
+def name_of_first(requirement: Any, first: Any, warm_starts: Any) -> str:
     return str(first.problem.variant.configuration.name)
 
 
-def name_of_design(design: Any, folder: Path, seed: int) -> str:
+def name_of_design(design: Any, folder: Path, seed: int, through_lens: bool) -> str:
     return str(design.configuration)
 
 
@@ -69,7 +71,13 @@ def square(number: int) -> int:
     return number**2
 
 
-def pass_check(design: Any, folder: Path, seed: int) -> tuple[bool, float]:
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "check.json").write_text("{}", encoding="utf-8")
-    return True, 1.0
+def pass_check(design: Any, folder: Path, seed: int, through_lens: bool) -> Half:
+    return Half(1, 1.0, {"passed": True} if through_lens else None)
+
+
+def break_at_the_pinhole(design: Any, folder: Path, seed: int, through_lens: bool) -> Half:
+    if not through_lens:
+        raise RuntimeError("broken")
+    folder.mkdir(parents=True)
+    (folder / "raw.png").touch()
+    return pass_check(design, folder, seed, through_lens)

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from mortal import ALWAYS, name_of_design, pass_check, raising
+from mortal import ALWAYS, break_at_the_pinhole, name_of_design, pass_check, raising
 
 from designer.design import Design, read_design
 from designer.imaging.endtoend.check_files import fingerprint
@@ -48,7 +48,7 @@ def test_a_check_that_breaks_down_is_said_and_stops_nothing(
     camera = design.camera.model_copy(update={"width_px": 16})
     other = design.model_copy(update={"camera": camera})
     broken = partial(raising, tmp_path, {design.configuration: ALWAYS}, name_of_design, pass_check)
-    monkeypatch.setattr(checks, "_check_and_write", broken)
+    monkeypatch.setattr(checks, "_check_half", broken)
     told: list[CheckProgress] = []
     assert check_designs([design], folder, progress=told.append) == {design.configuration: False}
     (step,) = told
@@ -59,6 +59,15 @@ def test_a_check_that_breaks_down_is_said_and_stops_nothing(
     assert read_unchecked(written / "unchecked.json", other) is None
     assert check_designs([], folder) == {}
     assert not written.exists()
+
+
+def test_a_check_of_which_one_half_breaks_down_leaves_nothing_of_the_other(
+    design: Design, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(checks, "_check_half", break_at_the_pinhole)
+    assert check_designs([design], tmp_path) == {design.configuration: False}
+    (left,) = (tmp_path / "checks" / design.configuration).iterdir()
+    assert read_unchecked(left, design) == "RuntimeError: broken"
 
 
 @pytest.mark.slow

@@ -14,7 +14,7 @@ import pytest
 
 from designer.design import read_design
 from designer.files import InputError
-from designer.study.claim import claimed, locked
+from designer.study.claim import claimed, locked_study
 from designer.study.folder import remove_checks, write_page, write_report, write_study
 from designer.study.manifest import MANIFEST, announce, read_manifest, settle
 from designer.study.names import PAGE, names_of_check, names_of_study
@@ -213,7 +213,7 @@ def test_two_studies_do_not_work_in_one_folder_and_a_killed_one_gives_it_back(tm
     assert holder.stdout is not None
     try:
         assert holder.stdout.readline() == "held\n"
-        for hold in (lambda: claimed(tmp_path, ()), lambda: locked(tmp_path)):
+        for hold in (lambda: claimed(tmp_path, ()), lambda: locked_study(tmp_path)):
             with pytest.raises(InputError, match="another process is working on the study in this folder"), hold():
                 pass
     finally:

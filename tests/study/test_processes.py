@@ -146,7 +146,7 @@ def test_a_study_goes_on_without_what_dies_or_raises_always(how, undisturbed, tm
 def test_a_check_whose_process_dies_concerns_its_own_design_alone(undisturbed, tmp_path, monkeypatch):
     dead, whole = FEASIBLE
     check = partial(mortal, tmp_path / "deaths", {dead: ALWAYS, whole: 1}, name_of_design, pass_check)
-    monkeypatch.setattr(checks, "_check_and_write", check)
+    monkeypatch.setattr(checks, "_check_half", check)
     told: list[CheckProgress] = []
     designs = [read_study(undisturbed).designs[name] for name in FEASIBLE]
     assert check_designs(designs, undisturbed, jobs=2, progress=told.append) == {dead: False, whole: True}

@@ -28,6 +28,7 @@ def study_of(objective: dict[str, object], names: list[str]) -> dict[str, object
     """Rows, best first, the designs' mirrors as the workshop sees them, and the verdict of the report."""
     from designer.evaluate.fabrication import mirror_shape
     from designer.report.content.verdict import verdict
+    from designer.report.html.payload import payload_of_study
     from designer.requirement import set_key
     from designer.study.ranking import ranking
     from designer.study.row import frame_of
@@ -39,6 +40,7 @@ def study_of(objective: dict[str, object], names: list[str]) -> dict[str, object
     results = [solve_configuration(asked, CONFIGURATIONS[name]) for name in names]
     ranked = [results[place] for place in ranking(asked, [result.row for result in results])]
     designs = {result.row.configuration: result.design for result in ranked if result.design is not None}
+    study = Study(asked, tuple(result.row for result in ranked), designs)
     return {
         "table": frame_of(result.row for result in ranked).to_csv(index=False),
         "masses_g": {
@@ -46,7 +48,8 @@ def study_of(objective: dict[str, object], names: list[str]) -> dict[str, object
             for name, design in designs.items()
         },
         "scores": {name: dict(design.score) for name, design in designs.items()},
-        "verdict": verdict(Study(asked, tuple(result.row for result in ranked), designs)),
+        "verdict": verdict(study),
+        "page": payload_of_study(study),
     }
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import shutil
 import tempfile
@@ -10,10 +9,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from designer.files import InputError, read_text, writing
+from designer.own_files import refuse_other_files, sha256
 
 LIST = "order.json"
 """The names of an order's files with their SHA-256: by it an order is known, and known to be unchanged."""
-_MOST_NAMED = 5
 
 
 def check_order_folder(folder: Path) -> None:
@@ -30,16 +29,7 @@ def check_order_folder(folder: Path) -> None:
         raise InputError(f"{folder}: is the root of all folders; an order needs one of its own")
     if not folder.is_dir():
         return
-    listed = _listed(folder / LIST)
-    found = sorted(path for path in folder.rglob("*") if path.is_symlink() or not path.is_dir())
-    others = [
-        name
-        for path in found
-        if (name := path.relative_to(folder).as_posix()) != LIST and not _is_own(path, name, listed)
-    ]
-    if others:
-        named = ", ".join(others[:_MOST_NAMED]) + (f" and {len(others) - _MOST_NAMED} others" if others[5:] else "")
-        raise InputError(f"{folder}: {named}: not written by an order, or changed since; use another folder")
+    refuse_other_files(folder, _digests(folder / LIST), LIST, "an order")
 
 
 def write_order_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
@@ -51,7 +41,7 @@ def write_order_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
         The folder holds something else, see :func:`check_order_folder`, or cannot be written.
     """
     contents = {name: text.encode("utf-8") if isinstance(text, str) else text for name, text in files.items()}
-    sums = {name: hashlib.sha256(content).hexdigest() for name, content in sorted(contents.items())}
+    sums = {name: sha256(content) for name, content in sorted(contents.items())}
     contents[LIST] = (json.dumps({"order": 1, "files": sums}, indent=2) + "\n").encode("utf-8")
     with writing(folder):
         _replace(folder.absolute(), contents)
@@ -76,16 +66,12 @@ def _replace(folder: Path, contents: Mapping[str, bytes]) -> None:
             raise
 
 
-def _listed(path: Path) -> dict[str, object]:
+def _digests(path: Path) -> dict[str, str]:
     """The files of an order; none where there is no such list."""
     if not path.is_file():
         return {}
     try:
         content = json.loads(read_text(path))
-        return dict(content["files"]) if content["order"] == 1 else {}
-    except (ValueError, TypeError, KeyError, RecursionError):
+        return {name: str(digest) for name, digest in content["files"].items()} if content["order"] == 1 else {}
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         raise InputError(f"{path}: is damaged; use another folder") from None
-
-
-def _is_own(path: Path, name: str, listed: Mapping[str, object]) -> bool:
-    return name in listed and not path.is_symlink() and listed[name] == hashlib.sha256(path.read_bytes()).hexdigest()

@@ -189,7 +189,12 @@ class CheckWithControl:
     @property
     def kept_of_pinhole(self) -> float | None:
         """The points found through the lens as a share of those found through a pinhole; None if there are none."""
-        return self.lens.points / self.pinhole.points if self.pinhole.points else None
+        return share_of_points(self.lens.points, self.pinhole.points)
+
+
+def share_of_points(through_lens: int, through_pinhole: int) -> float | None:
+    """The points found through a lens as a share of those found through a pinhole; None if there are none."""
+    return through_lens / through_pinhole if through_pinhole else None
 
 
 def check_with_control(design: Design, options: CheckOptions = DEFAULT_OPTIONS) -> CheckWithControl:

@@ -14,7 +14,7 @@ import numpy as np
 
 from designer.design import Design
 from designer.files import make_folder, write_atomically
-from designer.imaging.endtoend.check import CheckWithControl
+from designer.imaging.endtoend.check import EndToEndCheck
 from designer.imaging.endtoend.description import CheckSummary, summarise_check
 from designer.imaging.images import write_arrays, write_image
 
@@ -32,9 +32,11 @@ class CheckFile(CheckSummary):
     outcomes: dict[str, float]
 
 
-def write_check(checks: CheckWithControl, folder: Path) -> None:
-    """Write the folder of a check through a lens; of the one through a pinhole only how many points it found counts."""
-    check = checks.lens
+def write_check(check: EndToEndCheck, folder: Path) -> CheckFile:
+    """Write the folder of a check through a lens but for the verdict, which is returned.
+
+    It waits for the check through a pinhole, of which only how many points it found counts.
+    """
     make_folder(folder)
     (folder / VERDICT).unlink(missing_ok=True)
     write_image(folder / "raw.png", check.raw)
@@ -56,13 +58,18 @@ def write_check(checks: CheckWithControl, folder: Path) -> None:
             "elevation_lower_deg": np.degrees(np.arctan(grid.slope("lower", rows))),
         },
     )
-    verdict: CheckFile = {
+    return {
         **summarise_check(check),
-        "kept_of_pinhole": checks.kept_of_pinhole,
+        "kept_of_pinhole": None,
         "design_sha256": fingerprint(check.rig.design),
         "outcomes": check.matches.fractions,
     }
-    write_atomically(folder / VERDICT, json.dumps(verdict, indent=2, allow_nan=False) + "\n")
+
+
+def write_verdict(verdict: CheckFile, kept_of_pinhole: float | None, folder: Path) -> None:
+    """Complete the folder of a check."""
+    content = verdict | {"kept_of_pinhole": kept_of_pinhole}
+    write_atomically(folder / VERDICT, json.dumps(content, indent=2, allow_nan=False) + "\n")
 
 
 def fingerprint(design: Design) -> str:

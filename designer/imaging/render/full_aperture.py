@@ -28,7 +28,7 @@ from designer.imaging.render.passage import (
     pencil_terms,
     trace_pupil,
 )
-from designer.imaging.render.scenes.world import World, first_surfaces, radiance
+from designer.imaging.render.scenes.world import Rays, World, first_surfaces_on, radiance
 from designer.imaging.render.sensor import Sensor, sensor_of
 from designer.imaging.render.textures import Floats
 from designer.imaging.render.threads import for_each
@@ -130,12 +130,14 @@ def render_block(
     free = np.flatnonzero(trace.leaves)
     pencil = pencil_terms(optics.passage, trace, radii)[:, free]
     footprint = Footprint.of(optics.spacing(radii[free]), pencil, samples, optics.pupil.radius_mm)
-    points, directions = (rays.T for rays in sensor.in_world(trace.exit_point[free], trace.exit_direction[free]))
+    exits = sensor.in_world(trace.exit_point[free], trace.exit_direction[free])
+    points, directions = (np.ascontiguousarray(vectors.T) for vectors in exits)
     for symmetry in block.symmetries:
         radiances = []
+        rays = Rays.of(symmetry.of(points), symmetry.of(directions))
         for world in worlds:
             seen = np.full(len(share), BLACK_PARTS_RADIANCE, dtype=np.float32)
-            hits = first_surfaces(world, symmetry.of(points), symmetry.of(directions))
+            hits = first_surfaces_on(world, rays)
             seen[free] = radiance(world, hits, footprint.at(np.where(hits.surface >= 0, hits.distance, 0.0)))
             seen *= share
             radiances.append(seen.reshape(-1, samples**2).mean(axis=1))

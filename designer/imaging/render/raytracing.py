@@ -26,7 +26,7 @@ from designer.imaging.render.camera_rays import (
 from designer.imaging.render.full_aperture import render_full_aperture
 from designer.imaging.render.lens import LOSSLESS, Lens, Pupil, pupil_of
 from designer.imaging.render.passage import BLACK_PARTS_RADIANCE
-from designer.imaging.render.scenes.world import Array, Hits, World, first_surfaces, radiance
+from designer.imaging.render.scenes.world import Array, Rays, World, first_surfaces_on, radiance
 from designer.imaging.render.sensor import Sensor, sensor_of
 from designer.imaging.render.textures import Floats
 from designer.imaging.render.threads import for_each
@@ -131,8 +131,9 @@ def render_all(
         turn = spacing(radii) / samples
         for mirror_u, mirror_v in _reflections(sensor):
             target = _reflected(camera, rows, columns, mirror_u, mirror_v)
+            rays, free = _leaving(sensor, trace, mirror_u, mirror_v)
             for image, world in zip(images, worlds, strict=True):
-                seen = _seen(world, sensor, trace, turn, mirror_u, mirror_v)
+                seen = _seen(world, rays, free, turn)
                 if share is not None:
                     seen *= share
                 image[target] = seen.reshape(-1, samples**2).mean(axis=1)
@@ -158,7 +159,8 @@ def ground_truth(design: Design, world: World) -> GroundTruth:
             taken[compare_with_path(trace, instrument.path(path)).status == Status.OK] = number
         for mirror_u, mirror_v in _reflections(sensor):
             target = _reflected(camera, rows, columns, mirror_u, mirror_v)
-            hits, free = _met(world, sensor, trace, mirror_u, mirror_v)
+            rays, free = _leaving(sensor, trace, mirror_u, mirror_v)
+            hits = first_surfaces_on(world, rays)
             view[target] = taken
             point[target[0][free], target[1][free]] = hits.points.T
             surface[target[0][free], target[1][free]] = hits.surface
@@ -198,20 +200,19 @@ def _reflected(
     )
 
 
-def _met(
-    world: World, sensor: Sensor, trace: FirstHitTrace, mirror_u: bool, mirror_v: bool
-) -> tuple[Hits, NDArray[np.intp]]:
-    """The world's surfaces on the rays that leave the sensor, and the indices of those rays."""
+def _leaving(sensor: Sensor, trace: FirstHitTrace, mirror_u: bool, mirror_v: bool) -> tuple[Rays, NDArray[np.intp]]:
+    """The rays that leave the sensor for the world, and their indices."""
     free = np.flatnonzero(trace.status == Status.ESCAPED)
     signs = np.array([-1.0 if mirror_u else 1.0, -1.0 if mirror_v else 1.0, 1.0])[:, None]
-    points, directions = sensor.in_world(trace.exit_point[free], trace.exit_direction[free])
-    return first_surfaces(world, points.T * signs, directions.T * signs), free
+    exits = sensor.in_world(trace.exit_point[free], trace.exit_direction[free])
+    points, directions = (np.multiply(vectors.T, signs, order="C") for vectors in exits)
+    return Rays.of(points, directions), free
 
 
-def _seen(world: World, sensor: Sensor, trace: FirstHitTrace, spacing: Array, mirror_u: bool, mirror_v: bool) -> Floats:
-    """Radiance (n,) along traced rays: of the world, or of the black part that stopped the ray."""
-    seen = np.full(trace.status.shape, BLACK_PARTS_RADIANCE, dtype=np.float32)
-    hits, free = _met(world, sensor, trace, mirror_u, mirror_v)
+def _seen(world: World, rays: Rays, free: NDArray[np.intp], spacing: Array) -> Floats:
+    """Radiance (n,) along traced rays: of the world on those that are ``free``, of black parts on the others."""
+    seen = np.full(spacing.shape, BLACK_PARTS_RADIANCE, dtype=np.float32)
+    hits = first_surfaces_on(world, rays)
     spread = np.where(np.isfinite(hits.distance), hits.distance, 0.0) * spacing[free]
     seen[free] = radiance(world, hits, spread)
     return seen

@@ -54,5 +54,5 @@ def other_projections(lenses: Iterable[Lens]) -> str:
         "\\/ cos phi$; a scale error shifts a slope by $r \\/ ((d r \\/ d psi) sin psi)$ in the place of $cos psi$; "
         "the limit takes, at each elevation, the best of all angles up to that of the largest gain; and the blur on "
         "the sensor is an ellipse, that of the perspective lens stretched by the law along and across the radius, of "
-        "which the larger diameter is given (docs/theory.md, section 10).\n"
+        "which the larger diameter is given (section 10 of the theory in the designer's documentation).\n"
     )

@@ -5,8 +5,9 @@ The pages are laid out from these entries: a new entry appears where its place s
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Generic, TypeVar
 
 from matplotlib.figure import Figure
@@ -249,20 +250,14 @@ def study_figures(place: str) -> list[ReportFigure[Study]]:
     return [figure for figure in STUDY_FIGURES if figure.place == place]
 
 
-def draw_all(study: Study) -> Iterator[tuple[str, Drawing]]:
-    """Every figure of a study's report, with the name of its file."""
+def drawings_of(study: Study) -> list[tuple[str, Callable[[], Drawing | None]]]:
+    """Every figure of a study's report: the name of its file, and what draws it, or None if there is nothing."""
+    found: list[tuple[str, Callable[[], Drawing | None]]] = []
     for place, (_, design) in enumerate(study.best()):
         of_winner = (WINNER_DRAWING, WINNER_PANEL) if place == 0 else ()
         for of_design in design_figures(*of_winner, PAGE_DRAWING, PAGE_PANEL, LENS_WIDE, LENS_PANEL):
-            yield from _named(of_design, design, design.configuration)
-    for of_study in STUDY_FIGURES:
-        yield from _named(of_study, study)
+            found.append((of_design.file(design.configuration), partial(of_design.drawn, design)))
+    found += [(of_study.file(), partial(of_study.drawn, study)) for of_study in STUDY_FIGURES]
     for row, checked in study.checks():
-        for of_check in CHECK_FIGURES:
-            yield from _named(of_check, checked, row.configuration)
-
-
-def _named(figure: ReportFigure[Subject], subject: Subject, name: str = "") -> Iterator[tuple[str, Drawing]]:
-    drawing = figure.drawn(subject)
-    if drawing is not None:
-        yield figure.file(name), drawing
+        found += [(of_check.file(row.configuration), partial(of_check.drawn, checked)) for of_check in CHECK_FIGURES]
+    return found

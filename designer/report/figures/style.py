@@ -13,7 +13,6 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 MM_PER_INCH = 25.4
-POINTS_PER_MM = 72.0 / MM_PER_INCH
 
 # Okabe and Ito's palette; line styles and markers always say the same thing once more, for print in grey.
 BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
@@ -75,7 +74,9 @@ def length_unit(longest_mm: float) -> tuple[float, str]:
 def svg_bytes(figure: Figure) -> bytes:
     """The figure as SVG, without date or other noise: equal figures give equal bytes."""
     # The first layout makes room for the ticks of an axis of another length; the second knows those that are drawn.
-    figure.draw_without_rendering()
+    layout = figure.get_layout_engine()
+    if layout is not None:
+        layout.execute(figure)
     stream = io.BytesIO()
     figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
     return stream.getvalue()

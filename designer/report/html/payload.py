@@ -17,6 +17,7 @@ from designer.evaluate.focus import focus_score
 from designer.evaluate.predicted_noise import noise_model
 from designer.evaluate.score import depth_score, recorded_fabrication_notes
 from designer.files import as_json
+from designer.goals import GOALS
 from designer.optics.focus import lens_of_camera, light_path_of_design
 from designer.optimise.limit import conditions_of
 from designer.optimise.specification import specification_of
@@ -30,7 +31,7 @@ MASS = "mass_g"
 """A column of the page alone: the mass of all mirrors, of aluminium."""
 NOT_JUDGED = "not judged"
 """Status of a design that is shown without a study."""
-_OF_ROWS = (
+_SHOWN = (
     "rank",
     "configuration",
     "family",
@@ -80,6 +81,7 @@ def payload_of_study(study: Study) -> dict[str, JsonValue]:
         "facts": as_json(requirement_groups(requirement)),
         "envelope": {"height_mm": _plain(envelope.height_mm), "diameter_mm": _plain(envelope.diameter_mm)},
         "columns": _columns(),
+        "goals": list(_goals()),
         "rows": [_row(study, row) for row in study.rows],
         "designs": {name: described(design, requirement) for name, design in study.designs.items()},
         "fronts": [as_json({name: _plain(getattr(point, name)) for name in _FRONT}) for point in study.pareto],
@@ -129,6 +131,7 @@ def payload_of_design(design: Design) -> dict[str, JsonValue]:
         "facts": [],
         "envelope": {"height_mm": None, "diameter_mm": None},
         "columns": _columns(),
+        "goals": list(_goals()),
         "rows": [as_json({name: _plain(value) for name, value in row.items() if value is not None})],
         "designs": {design.configuration: described(design, None)},
         "fronts": [],
@@ -140,6 +143,15 @@ _FRONT = ("configuration", "swept", "limit_mm", "status", "depth_error_rms", "he
 _PROVENANCE = ("designer", "command", "finished", "seed", "starts")
 
 
+def _goals() -> tuple[str, ...]:
+    """The columns of the goals, by which a page can rank, plot and compare whatever it lists beside them."""
+    return tuple(goal.column for goal in GOALS.values())
+
+
+def _of_rows() -> tuple[str, ...]:
+    return (*_SHOWN, *(name for name in _goals() if name not in _SHOWN))
+
+
 def _columns() -> dict[str, JsonValue]:
     """Label, unit, factor and kind of each column of the rows."""
     columns: dict[str, JsonValue] = {
@@ -149,22 +161,22 @@ def _columns() -> dict[str, JsonValue]:
             "factor": COLUMNS[name].factor,
             "is_number": COLUMNS[name].kind in (float, int),
         }
-        for name in _OF_ROWS
+        for name in _of_rows()
     }
-    columns[MASS] = {"label": "mass of the mirrors", "unit": "g", "factor": 1.0, "is_number": True}
+    columns.setdefault(MASS, {"label": "mass of the mirrors", "unit": "g", "factor": 1.0, "is_number": True})
     columns["check"] = {"label": "end-to-end check", "unit": "", "factor": 1.0, "is_number": False}
     return columns
 
 
 def _row(study: Study, row: Row) -> dict[str, JsonValue]:
     values: dict[str, Any] = {}
-    for name in _OF_ROWS:
+    for name in _of_rows():
         value = row.text(name) if COLUMNS[name].kind is str else row.number(name)
         if value is not None and value != "":
             values[name] = _plain(value)
     design = study.designs.get(row.configuration)
     if design is not None:
-        values[MASS] = _plain(_mass_g(design))
+        values.setdefault(MASS, _plain(_mass_g(design)))
     if row.is_beyond_first_order:
         values["beyond_first_order"] = True
     if row.configuration in study.checked:

@@ -8,8 +8,6 @@ the checksum of that).
 
 from __future__ import annotations
 
-import errno
-import fcntl
 import json
 import sqlite3
 from collections.abc import Iterator
@@ -18,8 +16,9 @@ from pathlib import Path
 
 from pydantic import JsonValue
 
-from designer.files import InputError, check_folder
+from designer.files import InputError
 from designer.requirement import NOT_ASKED
+from designer.study.lock import locked
 from designer.study.sweep.checksums import (
     CHECKSUM,
     damaged_tasks,
@@ -280,24 +279,10 @@ def open_store(folder: Path) -> Iterator[Store]:
     Raises
     ------
     InputError
-        Another process writes it, the file is no store, or the folder is a file.
-    StoreError
-        The folder cannot be written.
+        Another process writes it, the file is no store, the folder is a file or cannot be written.
     """
     path = folder / FILE_NAME
-    check_folder(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        lock = (folder / f".{FILE_NAME}.lock").open("w")
-    except OSError as error:
-        raise StoreError(f"{folder}: results cannot be written there: {error.strerror or error}") from None
-    with lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            if error.errno not in {errno.EAGAIN, errno.EACCES}:
-                raise
-            raise InputError(f"{path}: another process is working on this sweep") from None
+    with locked(folder / f".{FILE_NAME}.lock", "sweep"):
         try:
             was_emptied = path.is_file() and not path.stat().st_size
             connection = sqlite3.connect(path, isolation_level=None, timeout=30.0)

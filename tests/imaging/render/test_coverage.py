@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from designer.design import Design, read_design
 from designer.imaging.endtoend import noise
 from designer.imaging.render.scenes import layout
-from designer.imaging.render.scenes.coverage import band_coverage
 from designer.imaging.render.scenes.library import SCENE_NAMES, build_world, calibration_world, make_world, round_wall
 from designer.imaging.render.scenes.shapes import Rectangle
 from support import DATA
+from support.scene_coverage import band_coverage
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 PROTOTYPE = read_design(DATA / "folded_hypl_hy.json")

@@ -79,7 +79,7 @@ def test_full_disk_gives_one_clear_line_and_leaves_the_store_whole(quick_sweep, 
 def test_store_that_cannot_be_written_is_said_at_once(quick_sweep, tmp_path):
     definition, base = read_sweep(quick_sweep)
     (tmp_path / "file").write_text("")
-    with pytest.raises(StoreError, match="cannot be written"):
+    with pytest.raises(InputError, match="cannot be written"):
         run_sweep(definition, base, tmp_path / "file" / "out")
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -49,7 +50,8 @@ class World:
     that neighbours differ. ``turns`` (s, 3, 3) are orthogonal matrices that turn it for each shape: the texture
     coordinates of a place p, in the design's frame, are ``turns[s] @ p + offsets[s]``; without them nothing is turned.
     ``finishes`` are what shapes are made of, in place of tones and texture. ``background`` is the radiance where a
-    ray meets nothing. ``numbers`` (s,) are the shapes for compiled loops, None for those that have none.
+    ray meets nothing. ``numbers`` (s,) are the shapes for compiled loops, None for those that have none, ``coloured``
+    (s,) those with an albedo of their own, None for the others.
     """
 
     name: str
@@ -62,11 +64,15 @@ class World:
     finishes: Finishes | None = None
     bounds: Bounds = field(init=False, repr=False, compare=False)
     numbers: tuple[tuple[int, Array] | None, ...] = field(init=False, repr=False, compare=False)
+    coloured: tuple[Coloured | None, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bounds", _bounds(self.shapes))
         loops = compiled_loops("scenes.compiled_shapes")
         object.__setattr__(self, "numbers", tuple(loops and loops.as_numbers(shape) for shape in self.shapes))
+        # Asked here once, since asking takes as long as shading a hundred rays.
+        coloured = (shape if isinstance(shape, Coloured) else None for shape in self.shapes)
+        object.__setattr__(self, "coloured", tuple(coloured))
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,29 +91,58 @@ class Hits:
     directions: Array
 
 
+@dataclass(frozen=True, slots=True)
+class Rays:
+    """Rays (3, n) with unit directions, ready to be met by the shapes of any world.
+
+    ``order`` (n,) sorts them by azimuth; the others are in that order: ``azimuth`` (n,), ``starts`` and ``ahead``
+    (3, n), ``levels`` (n,) the horizontal parts of the directions, ``slopes`` (n,) the rises over them.
+    """
+
+    points: Array
+    directions: Array
+    order: Indices
+    azimuth: Array
+    starts: Array
+    ahead: Array
+    levels: Array
+    slopes: Array
+
+    @classmethod
+    def of(cls, points: Array, directions: Array) -> Rays:
+        """From starts and unit directions (3, n)."""
+        # Rays start near the axis and most pass by most shapes: sorted by azimuth, those that may not are found at
+        # once.
+        azimuth = np.arctan2(directions[1], directions[0])
+        order = np.argsort(azimuth)
+        starts, ahead = (np.stack([row[order] for row in vectors]) for vectors in (points, directions))
+        levels = np.hypot(ahead[0], ahead[1])
+        with np.errstate(divide="ignore"):
+            slopes = ahead[2] / levels
+        return cls(points, directions, order, azimuth[order], starts, ahead, levels, slopes)
+
+
 def first_surfaces(world: World, points: Array, directions: Array) -> Hits:
     """The first surface of a world on each ray (3, n); directions are unit vectors."""
-    count = points.shape[1]
-    # Rays start near the axis and most pass by most shapes: sorted by azimuth, those that may not are found at once.
-    azimuth = np.arctan2(directions[1], directions[0])
-    order = np.argsort(azimuth)
-    azimuth, starts, ahead = azimuth[order], points[:, order], directions[:, order]
-    level = np.hypot(ahead[0], ahead[1])
-    with np.errstate(divide="ignore"):
-        slope = ahead[2] / level
+    return first_surfaces_on(world, Rays.of(points, directions))
+
+
+def first_surfaces_on(world: World, rays: Rays) -> Hits:
+    """The same on rays that other worlds may have met."""
+    count, order = rays.order.size, rays.order
     found, found_surface = np.full(count, np.inf), np.full(count, -1, dtype=np.intp)
     loops = compiled_loops("scenes.compiled_shapes")
-    for run in _candidates(world.bounds, azimuth, starts):
-        numbers = world.numbers[run.surface]
+    for run in _candidates(world.bounds, rays.azimuth, rays.starts):
+        numbers, around = world.numbers[run.surface], (rays.starts, rays.ahead, rays.slopes, rays.levels)
         if loops is None or numbers is None:
-            _meet_run(world.shapes[run.surface], run, starts, ahead, slope, level, found, found_surface)
+            _meet_run(world.shapes[run.surface], run, *around, found, found_surface)
         else:
-            loops.meet_run(*numbers, *run, starts, ahead, slope, level, found, found_surface)
+            loops.meet_run(*numbers, *run, *around, found, found_surface)
     distance, surface = np.empty(count), np.empty(count, dtype=np.intp)
     distance[order], surface[order] = found, found_surface
-    places = points + np.where(surface >= 0, distance, np.nan) * directions
+    places = rays.points + np.where(surface >= 0, distance, np.nan) * rays.directions
     turned = places if world.turns is None else np.einsum("nij,jn->in", world.turns[surface], places)
-    return Hits(distance, surface, places, turned + world.offsets[surface].T, directions)
+    return Hits(distance, surface, places, turned + world.offsets.T[:, surface], rays.directions)
 
 
 class _Run(NamedTuple):
@@ -183,14 +218,13 @@ def _candidates(bounds: Bounds, azimuth: Array, starts: Array) -> Iterator[_Run]
     turns = np.array([-2.0 * np.pi, 0.0, 2.0 * np.pi])[:, None]
     first = np.searchsorted(azimuth, bounds.azimuth - half + turns)
     last = np.searchsorted(azimuth, bounds.azimuth + half + turns, side="right")
-    for index in range(len(bounds.away)):
-        if half[index] > np.pi:
-            runs = [(0, azimuth.size)]
-        else:
-            runs = [(int(first[turn, index]), int(last[turn, index])) for turn in range(3)]
-        for start, end in runs:
-            if end > start:
-                yield _Run(index, start, end, nearest[index], lowest[index], highest[index])
+    # A shape all around is met once, by all rays.
+    all_around = half > np.pi
+    first[:, all_around], last[:, all_around] = azimuth.size, azimuth.size
+    first[0, all_around] = 0
+    index, turn = np.nonzero((last > first).T)
+    columns = (index, first[turn, index], last[turn, index], nearest[index], lowest[index], highest[index])
+    yield from map(_Run, *(column.tolist() for column in columns))
 
 
 def radiance(world: World, hits: Hits, spread: Array) -> Floats:
@@ -203,20 +237,23 @@ def radiance(world: World, hits: Hits, spread: Array) -> Floats:
     met = np.flatnonzero(hits.surface >= 0)
     if not met.size:
         return result
-    surface = hits.surface[met]
-    footprint = spread[met]
+    # Sorted by shape, so that the rays of each are neighbours; short numbers are sorted by their digits, which is fast.
+    short = hits.surface[met].astype(np.min_scalar_type(len(world.shapes)))
+    met = met[np.argsort(short, kind="stable")]
+    surface, footprint = hits.surface[met], spread[met]
     seen = world.tones[surface]
     has_own = np.zeros(met.size, dtype=bool)
-    # Sorted by shape, so that the rays of each are neighbours.
-    order = np.argsort(surface, kind="stable")
-    indices, starts = np.unique(surface[order], return_index=True)
-    for index, here in zip(indices, np.split(order, starts[1:]), strict=True):
-        shape, places, ahead = world.shapes[index], hits.points[:, met[here]], hits.directions[:, met[here]]
+    points, directions = (np.stack([row[met] for row in vectors]) for vectors in (hits.points, hits.directions))
+    starts = np.flatnonzero(np.diff(surface, prepend=-1))
+    for first, last in pairwise([*starts.tolist(), met.size]):
+        index, here = int(surface[first]), slice(first, last)
+        shape, places, ahead = world.shapes[index], points[:, here], directions[:, here]
         normals = shape.normals(places, ahead)
         facing = np.abs(np.einsum("in,in->n", normals, ahead))
         footprint[here] /= np.sqrt(np.maximum(facing, GRAZING_COSINE))
-        if isinstance(shape, Coloured):
-            seen[here], has_own[here] = shape.albedo(places, ahead), True
+        coloured = world.coloured[index]
+        if coloured is not None:
+            seen[here], has_own[here] = coloured.albedo(places, ahead), True
         elif world.finishes is not None:
             seen[here] = brightness(world.finishes, index, shape, places, normals, ahead, footprint[here])
             has_own[here] = True
@@ -224,6 +261,6 @@ def radiance(world: World, hits: Hits, spread: Array) -> Floats:
     if has_own.all():
         result[met] = seen
     else:
-        pattern = texture_values(world.texture, hits.coordinates[:, met], footprint)
+        pattern = texture_values(world.texture, np.stack([row[met] for row in hits.coordinates]), footprint)
         result[met] = seen * np.where(has_own, 1.0, 1.0 + pattern)
     return np.clip(result, 0.0, 1.0, out=result)

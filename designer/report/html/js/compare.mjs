@@ -13,6 +13,7 @@ import {
   shownValue,
   valueOf,
   widthOf,
+  withGoals,
 } from "./format.mjs";
 import { VIEWS, imagedPoint } from "./optics.mjs";
 import { optionText, raySection } from "./rays.mjs";
@@ -123,7 +124,8 @@ export function buildCompare(data) {
 function rowsOf(data) {
   const { columns } = data;
   const rows = [state.first, state.second].map((name) => data.rows.find((row) => row.configuration === name));
-  return COMPARED.filter((name) => rows.some((row) => row[name] !== undefined)).map((name) => {
+  const names = withGoals(COMPARED, data).filter((name) => rows.some((row) => row[name] !== undefined));
+  return names.map((name) => {
     const values = rows.map((row) => valueOf(row, name, columns));
     const difference = values.some((value) => value === null) || name === "rank" ? null : values[1] - values[0];
     const texts = rows.map((row) => shownValue(row, name, columns));

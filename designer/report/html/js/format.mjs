@@ -54,6 +54,11 @@ export function decimalsOf(name, column) {
   return 1;
 }
 
+/** A list of columns, and those of the goals that it leaves out. */
+export function withGoals(names, data) {
+  return [...names, ...data.goals.filter((name) => !names.includes(name))];
+}
+
 /** A row's value of a column in the column's unit, or null. */
 export function valueOf(row, name, columns) {
   const value = row[name];

@@ -26,7 +26,7 @@ export function countedInWords(design) {
       `${significant(design.noise_px)} px)`
     : `${significant(design.noise_px)} px of noise in each view, the same everywhere`;
   const scale = design.scale_uncertainty
-    ? `a scale of the image known to ${significant(100 * design.scale_uncertainty)} %, added in squares`
+    ? `a scale of the image known to ${significant(100 * design.scale_uncertainty)} %, added in quadrature`
     : "no uncertainty of the scale";
   return `It counts ${noise}, and ${scale}.`;
 }

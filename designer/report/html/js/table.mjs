@@ -1,7 +1,17 @@
 // The table of configurations: sorted, filtered, with a drawing of each design and the reason behind each status.
 
 import { thumbnail } from "./drawing.mjs";
-import { choice, element, headingOf, labelled, shownValue, significant, typographic, valueOf } from "./format.mjs";
+import {
+  choice,
+  element,
+  headingOf,
+  labelled,
+  shownValue,
+  significant,
+  typographic,
+  valueOf,
+  withGoals,
+} from "./format.mjs";
 import { change, state } from "./state.mjs";
 
 const SHOWN = [
@@ -213,7 +223,7 @@ function filters(filter, rows, columns, changed) {
   );
   sense.setAttribute("aria-label", "At most or at least");
   const column = choice(
-    NUMBERS.map((name) => [name, headingOf(columns[name])]),
+    withGoals(NUMBERS, data).map((name) => [name, headingOf(columns[name])]),
     filter.column,
     (value) => set({ column: value }),
   );

@@ -13,6 +13,7 @@ import {
   shape,
   valueOf,
   widthOf,
+  withGoals,
 } from "./format.mjs";
 import { change, state, whenChanged } from "./state.mjs";
 
@@ -47,7 +48,7 @@ const MARGIN = { left: 66, right: 20, top: 14, bottom: 48 };
 export function buildTrade(data) {
   const { rows, columns, fronts } = data;
   const place = document.getElementById("trade");
-  const axes = AXES.filter((name) => rows.filter((row) => row[name] !== undefined).length > 0);
+  const axes = withGoals(AXES, data).filter((name) => rows.filter((row) => row[name] !== undefined).length > 0);
   const count = rows.filter((row) => row.depth_error_rms !== undefined).length;
   if (axes.length < 2 || (count < 2 && !fronts.length)) {
     const words = count
