@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, Strict
 # Strict: neither "0.1" nor true is a number.
 Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
 Shift = Annotated[Number, Field(ge=-50.0, le=50.0)]
+ImageShift = Annotated[Number, Field(ge=-10_000.0, le=10_000.0)]
 Tilt = Annotated[Number, Field(ge=-20.0, le=20.0)]
 
 
@@ -45,7 +46,8 @@ class CameraDeparture(Departure):
     """Where the camera's pinhole sits, how the camera is turned about it, and how its lens images.
 
     What the lens would image at the radius r, with the design's principal distance plus
-    ``principal_distance_departure_mm`` for f, is imaged at r (1 + k (r/f)^2), with k the ``radial_distortion``.
+    ``principal_distance_departure_mm`` for f, is imaged at r (1 + k (r/f)^2), with k the ``radial_distortion``. On the
+    chip the whole image then lies ``image_shift_x_px`` to the right and ``image_shift_y_px`` further down.
     """
 
     shift_x_mm: Shift = 0.0
@@ -55,6 +57,8 @@ class CameraDeparture(Departure):
     tilt_y_deg: Tilt = 0.0
     principal_distance_departure_mm: Annotated[Number, Field(ge=-1000.0, le=1000.0)] = 0.0
     radial_distortion: Annotated[Number, Field(ge=-1.0, le=1.0)] = 0.0
+    image_shift_x_px: ImageShift = 0.0
+    image_shift_y_px: ImageShift = 0.0
 
 
 class AsBuilt(Departure):

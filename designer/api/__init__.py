@@ -13,6 +13,7 @@ Examples
 44
 """
 
+from designer.api.calibration import calibrate, target
 from designer.api.designs import Evaluation, evaluate, export, order, read_design, trace, trace_rays, write_design
 from designer.api.drawings import (
     Drawing,
@@ -69,6 +70,7 @@ __all__ = [
     "StudyResult",
     "SweepResult",
     "built_sensor",
+    "calibrate",
     "check",
     "compare",
     "compare_equalisation",
@@ -105,6 +107,7 @@ __all__ = [
     "stereo_rig",
     "study",
     "sweep",
+    "target",
     "tolerance",
     "trace",
     "trace_rays",

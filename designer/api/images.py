@@ -140,7 +140,7 @@ def find_center(
     from designer.imaging.stereo.centring import find_centre
     from designer.imaging.stereo.rig import in_grey
 
-    raw = _image_of(image, design.camera)
+    raw = image_of(image, design.camera)
     return find_centre(design, in_grey(raw), start or placement(design), distances_mm=distances_mm)
 
 
@@ -163,7 +163,7 @@ def find_centers(
     from designer.imaging.stereo.rig import in_grey
     from designer.imaging.stereo.view_centring import find_centres
 
-    raw = _image_of(image, design.camera)
+    raw = image_of(image, design.camera)
     return find_centres(design, in_grey(raw), start or placement(design), distances_mm=distances_mm)
 
 
@@ -178,6 +178,7 @@ def stereo_rig(
     distances_mm: tuple[float, float] | None = None,
     equalise: bool = True,
     mirror_reflectivity: float | None = None,
+    as_built: bool = False,
 ) -> StereoRig:
     """A design's tables, built once, from which :func:`reconstruct` takes any number of images.
 
@@ -193,11 +194,14 @@ def stereo_rig(
         Whether to equalise the resolution of the two views.
     mirror_reflectivity
         Even out the views by the light lost at mirrors of this reflectivity and towards the rim of the lens.
+    as_built
+        Trace the sensor of the design's ``as_built`` table, which says where its image lies, in place of the design.
 
     Raises
     ------
     InputError
-        Neither view images any of the panorama, or the tables would take more memory than they may.
+        Neither view images any of the panorama, the tables would take more memory than they may, or a view of the built
+        sensor is blind.
     """
     from designer.imaging.stereo.rig import build_rig
 
@@ -210,6 +214,7 @@ def stereo_rig(
         distances_mm=distances_mm,
         equalise=equalise,
         mirror_reflectivity=mirror_reflectivity,
+        as_built=as_built,
     )
 
 
@@ -252,7 +257,7 @@ def reconstruct(
     request = StereoRequest(
         matcher=matcher, window=window, level_brightness=level_brightness, noise_px=noise_px, slab_mm=slab_mm
     )
-    return process(rig, _image_of(image, rig.design.camera), request)
+    return process(rig, image_of(image, rig.design.camera), request)
 
 
 @needs("imaging")
@@ -312,10 +317,10 @@ def compare_equalisation(rig: StereoRig, image: ArrayLike | str | Path) -> Equal
 
     if rig.equalisers is None:
         raise InputError("this rig was built without equalisation: use equalise=True")
-    return compare(sampling_methods(rig), in_grey(_image_of(image, rig.design.camera)))
+    return compare(sampling_methods(rig), in_grey(image_of(image, rig.design.camera)))
 
 
-def _image_of(image: ArrayLike | str | Path, camera: Camera) -> Image:
+def image_of(image: ArrayLike | str | Path, camera: Camera) -> Image:
     """The pixels of an image or of its file, of the size of the camera."""
     import numpy as np
 

@@ -10,13 +10,17 @@ from designer.as_built.merits import Grid, displacement_px, viewpoint_of
 from designer.as_built.model import depth_error, measure, perturbable
 from designer.as_built.parameters import values_of
 from designer.as_built.projection import Projection, linearise, project, targets_of
+from designer.departures import AsBuilt
 from designer.design import VIEW_NAMES, Design, ViewName
+from designer.files import InputError
 from designer.trace.built import build_as_built
 from designer.trace.contact import built_contacts
 from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
 
 # Rays at the very ends of the range graze the rims of the design itself.
 INSET_DEG = 0.01
+# A view that shows less of the working volume is of no use.
+LEAST_SEEN = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,19 +88,21 @@ def built_sensor(design: Design) -> BuiltSensor | None:
         )
         for name in VIEW_NAMES
     }
+    camera = design.as_built.camera
+    image_shift = camera.image_shift_x_px, camera.image_shift_y_px
     contacts = tuple(built_contacts(design))
     blind = tuple(
         f"the {name} view sees {100.0 * view.seen:.4g} % of the working volume"
         for name, view in views.items()
         if view.seen < 1.0
     )
-    found = measure(model, values)
+    found = measure(model, values, image_shift_px=image_shift)
     before, after = found.before, found.after
     return BuiltSensor(
         views=views,
         problems=(*contacts, *blind),
         contacts=contacts,
-        is_nominal=not values.any(),
+        is_nominal=not values.any() and not any(image_shift),
         centres_apart_px=_finite(found.centres_apart_px[0]),
         epipolar_px=_finite(before.epipolar_px[0]),
         epipolar_px_calibrated=_finite(after.epipolar_px[0]),
@@ -108,11 +114,25 @@ def built_sensor(design: Design) -> BuiltSensor | None:
     )
 
 
+def refuse_unbuildable(design: Design) -> None:
+    """Raise InputError if parts of the sensor of an ``as_built`` table touch, or a view shows little of its volume."""
+    if contacts := built_contacts(design):
+        raise InputError(f"as_built: {'; '.join(contacts)}: no sensor can be built so")
+    for name in VIEW_NAMES:
+        if (seen := _seen(design, name)) < LEAST_SEEN:
+            raise InputError(
+                f"as_built: the {name} view of this sensor sees {100.0 * seen:.3g} % of the working volume: the "
+                "departures leave it blind"
+            )
+
+
 def _view(design: Design, grid: Grid, name: ViewName, projection: Projection) -> BuiltView:
     seen = _seen(design, name)
     if not np.isfinite(projection.pixels).all():
         return BuiltView(None, None, None, None, None, seen)
-    rows, columns = displacement_px(design, grid, name, projection.pixels)
+    camera = (design.as_built or AsBuilt()).camera
+    shift = np.array([camera.image_shift_x_px, camera.image_shift_y_px])[:, None, None]
+    rows, columns = displacement_px(design, grid, name, projection.pixels + shift)
     point, spread = viewpoint_of(projection)
     offset = point[:, :, None] - projection.start
     missed = offset - projection.ahead * np.sum(offset * projection.ahead, axis=0)

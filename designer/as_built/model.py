@@ -94,8 +94,13 @@ def perturbable(design: Design, calibration: Calibration = "views") -> Perturbab
     )
 
 
-def measure(model: Perturbable, values: Array, align: int | None = None) -> Measured:
-    """Trace built systems of departures (T, parameters).
+def measure(
+    model: Perturbable,
+    values: Array,
+    align: int | None = None,
+    image_shift_px: tuple[float, float] = (0.0, 0.0),
+) -> Measured:
+    """Trace built systems of departures (T, parameters), whose images lie displaced on the chip.
 
     ``align`` is the place of a parameter that is set so that calibration leaves the least, before systems are
     calibrated.
@@ -103,7 +108,7 @@ def measure(model: Perturbable, values: Array, align: int | None = None) -> Meas
     blocks = [values[low : low + SYSTEMS_PER_BLOCK] for low in range(0, len(values), SYSTEMS_PER_BLOCK)]
     # NumPy leaves the interpreter free while it works on arrays.
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        parts = list(pool.map(lambda block: _measure_block(model, block, align), blocks))
+        parts = list(pool.map(lambda block: _measure_block(model, block, align, image_shift_px), blocks))
     return Measured(
         np.concatenate([part.values for part in parts]),
         np.concatenate([part.centres_apart_px for part in parts]),
@@ -145,7 +150,9 @@ def with_departures(design: Design, values: Array) -> Design:
         raise InputError(describe_validation_error("departures", error)) from None
 
 
-def _measure_block(model: Perturbable, values: Array, align: int | None) -> Measured:
+def _measure_block(
+    model: Perturbable, values: Array, align: int | None, image_shift_px: tuple[float, float]
+) -> Measured:
     design, grid = model.design, model.grid
     projections = _projections(model, values)
     if align is not None:
@@ -153,7 +160,8 @@ def _measure_block(model: Perturbable, values: Array, align: int | None) -> Meas
         values = values.copy()
         values[:, align] += best_alignment(grid, bias, model.depth_bias_left[align])
         projections = _projections(model, values)
-    pixels = {view: projections[view].pixels for view in VIEW_NAMES}
+    shift = np.array(image_shift_px)[:, None, None]
+    pixels = {view: projections[view].pixels + shift for view in VIEW_NAMES}
     return Measured(
         values,
         centres_apart_px(design, grid, pixels),

@@ -31,6 +31,8 @@ CAMERA_KEYS = (
     "principal_distance_departure_mm",
     "radial_distortion",
 )
+IMAGE_KEYS = ("image_shift_x_px", "image_shift_y_px")
+"""Where the image lies on the chip: no part of the tolerances, since every calibration finds it exactly."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +45,7 @@ class Parameter:
     @property
     def unit(self) -> str:
         """Unit of the key's values; empty for a number without one."""
-        for ending, unit in (("_mm", "mm"), ("_deg", "deg"), ("_per_m", "1/m")):
+        for ending, unit in (("_mm", "mm"), ("_deg", "deg"), ("_per_m", "1/m"), ("_px", "px")):
             if self.key.endswith(ending):
                 return unit
         return ""
@@ -51,8 +53,10 @@ class Parameter:
     @property
     def name(self) -> str:
         """Part and key in words, without the unit."""
-        words = self.key.removesuffix("_mm").removesuffix("_deg").removesuffix("_per_m").replace("_", " ")
-        return f"{self.part} {words}"
+        words = self.key
+        for ending in ("_mm", "_deg", "_per_m", "_px"):
+            words = words.removesuffix(ending)
+        return f"{self.part} {words.replace('_', ' ')}"
 
 
 def parameters_of(design: Design) -> tuple[Parameter, ...]:

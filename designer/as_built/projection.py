@@ -14,7 +14,7 @@ import numpy as np
 
 from designer.as_built.dual import Array, Number, slopes_of, value_of, variables
 from designer.as_built.image import built_places, slopes_towards, stretched
-from designer.as_built.parameters import parameters_of, systems_of
+from designer.as_built.parameters import CAMERA, parameters_of, systems_of
 from designer.as_built.tracing import PosedCamera, PosedMirror, Triple, follow, leave_camera
 from designer.design import Design, ViewName
 
@@ -130,16 +130,29 @@ def linearise(design: Design, view: ViewName, targets: Targets, values: Array | 
     ValueError
         The system does not show all points.
     """
-    path = getattr(design.views, view).path
     at = np.zeros(len(parameters_of(design))) if values is None else values
     plain = systems_of(design, list(at[:, None, None]))
-    light = aim(plain.camera, plain.along(path), targets, targets.slopes[:, None])
+    light = aim(plain.camera, plain.along(getattr(design.views, view).path), targets, targets.slopes[:, None])
     if not np.isfinite(light.slopes).all():
         raise ValueError(f"the {view} view does not show all points")
+    return derivatives_at(design, view, targets, at, light.slopes)
+
+
+def derivatives_at(design: Design, view: ViewName, targets: Targets, values: Array, slopes: Array) -> Linear:
+    """Derivatives about one system of departures (parameters,), at the slopes (2, 1, n) of the rays through the points.
+
+    What the light of the view does not meet has derivatives of zero, and costs nothing.
+    """
+    path = getattr(design.views, view).path
+    parameters = parameters_of(design)
+    met = [place for place, parameter in enumerate(parameters) if parameter.part in (*path, CAMERA)]
     # One variable for each departure, then the two slopes: their derivatives are independent of one another.
-    ones = variables([*at[:, None, None], *np.zeros((2, 1, 1))])
-    systems = systems_of(design, ones[:-2])
-    aimed = (light.slopes[0] + ones[-2], light.slopes[1] + ones[-1])
+    ones = variables([*values[met, None, None], *np.zeros((2, 1, 1))])
+    given: list[Number] = list(values[:, None, None])
+    for place, one in zip(met, ones[:-2], strict=True):
+        given[place] = one
+    systems = systems_of(design, given)
+    aimed = (slopes[0] + ones[-2], slopes[1] + ones[-1])
     with np.errstate(all="ignore"):
         miss, _ = _miss(systems.camera, systems.along(path), targets, aimed)
         gradient = np.stack([slopes_of(part, len(ones)) for part in miss], axis=1)
@@ -147,12 +160,10 @@ def linearise(design: Design, view: ViewName, targets: Targets, values: Array | 
         # The image follows the slopes, and the lens's own departures besides.
         own = np.stack([slopes_of(part, len(ones)) for part in built_places(systems.camera, aimed)], axis=1)
         change = own[:-2] + np.einsum("jixn,jpxn->pixn", own[-2:], turn)
-    return Linear(
-        pixels=change[:, :, 0] / design.camera.pixel_pitch_mm,
-        slopes=turn[:, :, 0].transpose(1, 0, 2),
-        origin=light.slopes[:, 0],
-        by_slope=gradient[-2:],
-    )
+    pixels, by_departure = (np.zeros((len(parameters), 2, slopes.shape[2])) for _ in range(2))
+    pixels[met] = change[:, :, 0] / design.camera.pixel_pitch_mm
+    by_departure[met] = turn[:, :, 0].transpose(1, 0, 2)
+    return Linear(pixels=pixels, slopes=by_departure, origin=slopes[:, 0], by_slope=gradient[-2:])
 
 
 @dataclass(frozen=True, slots=True)

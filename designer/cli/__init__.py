@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 
 import click
 
+from designer.cli.calibrate import calibrate
 from designer.cli.check import check
 from designer.cli.compare import compare
 from designer.cli.designs import evaluate, trace
@@ -21,6 +22,7 @@ from designer.cli.requirement import init
 from designer.cli.stereo import stereo
 from designer.cli.study import report, study
 from designer.cli.sweep import sweep
+from designer.cli.target import target
 from designer.cli.tolerance import tolerance
 from designer.cli.view import view
 from designer.files import UNUSABLE, InputError, in_words
@@ -77,6 +79,8 @@ for command in (
     sweep,
     compare,
     tolerance,
+    target,
+    calibrate,
 ):
     cli.add_command(command)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -19,7 +20,13 @@ from designer.cli.imaging_options import (
 from designer.extras import needs
 from designer.files import InputError
 
+if TYPE_CHECKING:
+    from designer.design import Design
+    from designer.imaging.render.scenes.world import World
+
 MOST_SAMPLES = 16
+FARTHEST_MM = 1e6
+Pose = tuple[float, float, float, float, float, float]
 
 
 @click.command()
@@ -38,6 +45,19 @@ MOST_SAMPLES = 16
 )
 @seed_option
 @click.option("--truth", type=click.Path(path_type=Path), help="Also write the ground truth of each pixel (.npz).")
+@click.option(
+    "--target",
+    type=click.Path(path_type=Path),
+    metavar="FILE.toml",
+    help="Also a calibration target, from designer target; the scene then has its natural textures.",
+)
+@click.option(
+    "--target-pose",
+    type=(float, float, float, float, float, float),
+    metavar="AZIMUTH DISTANCE HEIGHT X Y Z",
+    help="Where the middle of the target is (degrees, mm from the axis, mm above the middle of the baseline), and the "
+    "degrees by which it is turned from facing the axis, about its right, down and ahead.",
+)
 @needs("imaging")
 def render(
     design: Path,
@@ -52,6 +72,8 @@ def render(
     sensor_height_mm: float | None,
     seed: int,
     truth: Path | None,
+    target: Path | None,
+    target_pose: Pose | None,
 ) -> None:
     """Render the raw image that the camera of DESIGN.json records of a scene, by ray tracing."""
     from designer.design import read_design
@@ -73,7 +95,11 @@ def render(
     from designer.imaging.render.raytracing import render as render_image
     from designer.imaging.render.scenes.library import build_world
 
-    world = build_world(scene, record, texture, seed, sensor_height_mm)
+    world = build_world(scene, record, texture if target is None else "natural", seed, sensor_height_mm)
+    if target is not None:
+        world = _with_target(world, record, target, target_pose)
+    elif target_pose is not None:
+        raise InputError("--target-pose: needs --target, the file of the target")
     lens = Lens() if through_lens else None
     samples = default_samples(lens) if samples is None else samples
     image = render_image(record, world, samples=samples, aperture=through_lens, seed=seed, lens=lens)
@@ -84,3 +110,20 @@ def render(
     if truth is not None:
         write_truth(truth, ground_truth(record, world))
         click.echo(f"{truth}: view, point, distance and surface of each pixel")
+
+
+def _with_target(world: World, design: Design, path: Path, pose: Pose | None) -> World:
+    """The scene with a target at its place; by default nearer than all that is to be measured, at azimuth 0."""
+    from designer.calibration.target import MODULES, modules_of, read_target
+    from designer.calibration.target_pose import facing_pose
+    from designer.imaging.render.scenes.printed_board import with_board
+
+    target = read_target(path)
+    azimuth, distance, height, *turn = pose or (0.0, 0.6 * design.working_volume.distance_mm[0], 0.0, 0.0, 0.0, 0.0)
+    if not all(abs(number) <= FARTHEST_MM for number in (azimuth, distance, height, *turn)) or distance <= 0.0:
+        raise InputError(f"--target-pose: numbers must be within {FARTHEST_MM:g}, and the distance positive")
+    if world.finishes is None:
+        raise InputError("--target: needs a scene that has materials: office, pipe, hall or sky")
+    x, y, z = turn
+    placed = facing_pose(target.size_mm, azimuth, distance, design.views.middle_mm + height, (x, y, z))
+    return with_board(world, modules_of(target), target.square_mm / MODULES, placed.turn, placed.place_mm)

@@ -69,6 +69,7 @@ def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
     from designer.imaging.stereo.results import StereoRequest, process, rig_of_request, write_results
 
     image = read_raw_image(raw, record.camera)
+    as_built = record.as_built is not None and not _is_placed(asked)
     placement = _placement(record, asked)
     if asked["find_center"]:
         from designer.imaging.stereo.rig import in_grey
@@ -90,7 +91,12 @@ def stereo(design: Path, raw: Path, out: Path, **asked: Any) -> None:
         mirror_reflectivity=asked["mirror_reflectivity"],
         noise_px=asked["noise_px"],
         slab_mm=asked["slab_mm"],
+        as_built=as_built,
     )
+    if as_built:
+        click.echo("as built: the sensor is traced as the design file's as_built table has it")
+    elif record.as_built is not None:
+        click.echo("as built: not used, since the options say where the image lies")
     result = process(rig_of_request(record, request), image, request)
     inputs = {"design": design, "raw": raw}
     if asked["placement"]:
@@ -123,6 +129,12 @@ def _placement(design: Design, asked: dict[str, Any]) -> Placement:
         return read_placement(asked["placement"])
     centre = asked["center"] or design.camera.principal_point_px
     return ImagePlacement(centre, radians(asked["rotation_deg"]), asked["scale"])
+
+
+def _is_placed(asked: dict[str, Any]) -> bool:
+    """Whether options say where the image lies, which a built sensor's file does."""
+    moved = asked["rotation_deg"] != 0.0 or asked["scale"] != 1.0
+    return moved or bool(asked["center"] or asked["placement"] or asked["find_center"])
 
 
 def _print_centres(found: FoundCentres) -> None:

@@ -27,9 +27,11 @@ class Sensor:
     instrument: Instrument
     built: BuiltInstrument | None
     radial_distortion: float
+    image_shift_px: tuple[float, float] = (0.0, 0.0)
 
     def directions(self, u: Array, v: Array, starts: Array | None, pupil: Pupil | None) -> Array:
         """Unit directions (n, 3), in the camera's frame, of the rays through image places in px."""
+        u, v = u - self.image_shift_px[0], v - self.image_shift_px[1]
         if self.radial_distortion:
             u, v = self._undistorted(u, v)
         return ray_directions(self.camera, u, v, starts, pupil)
@@ -63,6 +65,7 @@ def sensor_of(design: Design) -> Sensor:
         built.instrument,
         built,
         departure.radial_distortion,
+        (departure.image_shift_x_px, departure.image_shift_y_px),
     )
 
 

@@ -67,6 +67,7 @@ class StereoRequest:
     mirror_reflectivity: float | None = None
     noise_px: float | None = None
     slab_mm: tuple[float, float] | None = None
+    as_built: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -110,6 +111,7 @@ def rig_of_request(design: Design, request: StereoRequest) -> StereoRig:
         distances_mm=request.distances_mm,
         equalise=request.equalise,
         mirror_reflectivity=request.mirror_reflectivity,
+        as_built=request.as_built,
     )
 
 
@@ -142,7 +144,11 @@ def write_results(result: StereoResult, request: StereoRequest, folder: Path, in
     write_image(folder / "floor_plan.png", result.plan.picture())
     write_ply(folder / "points.ply", result.cloud)
     images = result.rig.images
-    write_placement(folder / PLACEMENT, ViewPlacements(images["upper"].placement, images["lower"].placement))
+    # A traced sensor's image lies where its design file says.
+    if result.rig.is_traced:
+        (folder / PLACEMENT).unlink(missing_ok=True)
+    else:
+        write_placement(folder / PLACEMENT, ViewPlacements(images["upper"].placement, images["lower"].placement))
     grid = result.rig.grid
     rows = np.arange(grid.rows)
     write_arrays(

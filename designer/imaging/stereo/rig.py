@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import cv2
 import numpy as np
@@ -33,6 +33,7 @@ from designer.imaging.stereo.panorama import (
 )
 from designer.imaging.stereo.placement import Placement, ViewImage
 from designer.imaging.stereo.reconstruction import PointCloud, reconstruct
+from designer.imaging.stereo.traced_view import TracedView, midpoints, traced_views
 
 # How far beyond the working volume, as a factor of distance, a match is still believed.
 RANGE_MARGIN = 1.1
@@ -57,6 +58,11 @@ class StereoRig:
     sigma_px: float | None
     brightening: dict[ViewName, Floats] | None = None
 
+    @property
+    def is_traced(self) -> bool:
+        """Whether the tables are those of a built sensor."""
+        return isinstance(self.images["upper"], TracedView)
+
 
 def build_rig(
     design: Design,
@@ -69,6 +75,7 @@ def build_rig(
     sigma_px: float | None = None,
     reference_distance_mm: float | None = None,
     mirror_reflectivity: float | None = None,
+    as_built: bool = False,
 ) -> StereoRig:
     """Build the tables of a design.
 
@@ -89,15 +96,19 @@ def build_rig(
     mirror_reflectivity
         Brighten the panoramas by what mirrors of this reflectivity and the rim of the lens take away; by default they
         stay as bright as they were recorded.
+    as_built
+        Trace the sensor that the design's ``as_built`` table describes, which also says where the image lies; without
+        it the tables are the design's own.
 
     Raises
     ------
     InputError
-        Neither view images any of the panorama, or the tables would take more memory than they may.
+        Neither view images any of the panorama, the tables would take more memory than they may, or a view of the built
+        sensor is blind.
     """
     near, far = design.working_volume.distance_mm
     grid = panorama_grid(design, sampling, columns, elevation_deg)
-    images = view_images(design, placement)
+    images = traced_views(design) if as_built else view_images(design, placement)
     search = search_range(grid, design.baseline_mm, distances_mm or (near / RANGE_MARGIN, far * RANGE_MARGIN))
     tables = {view: look_up(grid, images[view], view) for view in VIEW_NAMES}
     imaged = (tables["upper"].imaged, tables["lower"].imaged)
@@ -150,7 +161,20 @@ def panoramas(rig: StereoRig, raw: Image) -> dict[ViewName, Image]:
 def match_image(rig: StereoRig, raw: Image, options: MatchingOptions = DEFAULT_OPTIONS) -> Matches:
     """Disparities, distances and outcomes of a raw image; colour is matched in grey."""
     lines = sample(rig, in_grey(raw))
-    return match(rig.grid, rig.search, lines["upper"], lines["lower"], rig.imaged, options)
+    matches = match(rig.grid, rig.search, lines["upper"], lines["lower"], rig.imaged, options)
+    if rig.is_traced:
+        columns, rows = np.nonzero(np.isfinite(matches.distances_mm))
+        points = points_of(rig, matches.disparities, columns, rows)
+        matches.distances_mm[columns, rows] = np.hypot(points[:, 0], points[:, 1])
+    return matches
+
+
+def points_of(
+    rig: StereoRig, disparities: NDArray[np.float32], columns: NDArray[np.intp], rows: NDArray[np.intp]
+) -> Floats:
+    """Where the traced rays behind pixels (n,) of the upper panorama and behind their matches meet: (n, 3) in mm."""
+    slope_lower = rig.grid.slope("lower", rows - disparities[columns, rows].astype(float))
+    return midpoints(rig.images, rig.grid.slope("upper", rows), slope_lower, rig.grid.azimuth(columns))
 
 
 def point_cloud(
@@ -167,4 +191,10 @@ def point_cloud(
     """
     if colours is None:
         colours = panoramas(rig, raw)["upper"]
-    return reconstruct(rig.design, rig.grid, matches.disparities, colours, noise_px)
+    cloud = reconstruct(rig.design, rig.grid, matches.disparities, colours, noise_px)
+    if not rig.is_traced:
+        return cloud
+    points = points_of(rig, matches.disparities, cloud.columns, cloud.rows)
+    met = np.isfinite(points).all(axis=1)
+    every = {each.name: getattr(cloud, each.name)[met] for each in fields(cloud)}
+    return PointCloud(**{**every, "positions_mm": points[met]})
