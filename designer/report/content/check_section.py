@@ -23,7 +23,7 @@ def check_heading(definition: str) -> str:
             " Floor plans show the points in a range of heights, measured from the middle of the baseline. A design "
             f"{definition}."
         )
-    return f"#pagebreak(weak: true)\n= End-to-end check <check>\n#[#set text(size: 9pt)\n{text(intro)}]\n"
+    return f"#pagebreak(weak: true)\n= End-to-end check <check>\n#[#set text(size: 8.5pt)\n{text(intro)}]\n"
 
 
 def unchecked_line(row: Row, reason: str) -> str:

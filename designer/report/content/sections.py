@@ -64,9 +64,9 @@ def source(study: Study, drawings: Drawings, note: str = "") -> str:
         '#import "style.typ": *\n',
         f"#show: report.with(study: {literal(study.name)}, title: {literal(study.title)})\n",
         title_page(study, note),
-        paper(study),
         winner(study, drawings) if study.feasible else nothing_feasible(study),
         ranking_section(study),
+        paper(study),
         trade(study, drawings),
         best_heading() if study.feasible else "",
         "\n#pagebreak(weak: true)\n".join(

@@ -42,9 +42,8 @@ CHECK_TOP, CHECK_WIDE, CHECK_BOTTOM = "first row of a check", "across a check's 
 LENS_WIDE, LENS_PANEL = "across a design's second page", "panel on a design's second page"
 TRADE = "trade-offs"
 AS_BUILT = "sensors as built"
-TRADE_HEIGHT_MM = 65.0
+TRADE_HEIGHT_MM = 57.0
 """Height of a plot across a page, three of which fill it."""
-_FEW, _HALF_A_PAGE_MM = 6, 96.0
 _PAGE_DRAWING_MM = (97.0, 80.0)
 _ROOM_OF_A_NOTE_MM, _MOST_NOTES = 7.0, 3
 
@@ -112,9 +111,6 @@ def _pareto(column: str) -> Callable[[Study, float, float], Drawing | None]:
     def draw(study: Study, width_mm: float, height_mm: float) -> Drawing | None:
         if not study.feasible or not _has_pareto(study, column):
             return None
-        # Below all 44 rows, few of them feasible, the trade plots fill a page, and so do the fronts; else both flow on.
-        if len(study.feasible) <= _FEW and len(study.rows) > _FEW:
-            height_mm = _HALF_A_PAGE_MM
         ranks = {row.configuration: row.rank or 0 for row in study.feasible}
         return Drawing(
             svg_bytes(draw_pareto_fronts(study.pareto, ranks, column, _allowed(study, column), width_mm, height_mm))
@@ -209,7 +205,7 @@ CHECK_FIGURES: tuple[ReportFigure[CheckedDesign], ...] = (
     ReportFigure(
         "check-errors",
         CHECK_BOTTOM,
-        (92.0, 45.0),
+        (92.0, 42.0),
         _plain(draw_check_errors),
         _always("Measured against predicted error"),
     ),
