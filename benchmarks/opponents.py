@@ -21,9 +21,9 @@ from designer.goals import GOALS
 from designer.optics.clearance import pair_up, separations
 from designer.optimise import solver
 from designer.optimise.program import Program
+from designer.optimise.required_numbers import SPECIFICATION_NAMES
 from designer.optimise.separating_directions import FAR
 from designer.optimise.solver import Run, Target
-from designer.optimise.specification import SPECIFICATION_NAMES
 from designer.optimise.system import put_together
 from designer.optimise.variables import VARIABLE_NAMES
 

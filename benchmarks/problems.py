@@ -10,8 +10,8 @@ from pathlib import Path
 from designer.configurations import Configuration
 from designer.optimise.problem import Problem
 from designer.optimise.program import forget_programs
+from designer.optimise.required_numbers import specification_of
 from designer.optimise.search import SearchResult, search
-from designer.optimise.specification import specification_of
 from designer.optimise.variables import bounds_of, fixed_parameters, free_ranges
 from designer.optimise.variants import enumerate_variants
 from designer.requirement import Requirement, read_requirement

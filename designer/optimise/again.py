@@ -35,10 +35,10 @@ from designer.optimise.multistart import (
     make_feasible,
 )
 from designer.optimise.problem import Array
+from designer.optimise.required_numbers import specification_of
 from designer.optimise.search import MOST_DESIGNS_IN_SECOND_STAGE, SearchResult
 from designer.optimise.separating_directions import SeparatingDirections
 from designer.optimise.solver import Target
-from designer.optimise.specification import specification_of
 from designer.optimise.variables import free_ranges
 from designer.optimise.variants import enumerate_variants
 from designer.requirement import SAME_OBJECTIVE, Requirement

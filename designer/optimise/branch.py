@@ -28,10 +28,10 @@ from designer.optimise.multistart import (
     start_at,
 )
 from designer.optimise.problem import Array, Problem
+from designer.optimise.required_numbers import specification_of
 from designer.optimise.screening import LARGE_GAIN_SHARE, screen
 from designer.optimise.separating_directions import SeparatingDirections
 from designer.optimise.solver import Target
-from designer.optimise.specification import specification_of
 from designer.optimise.variables import (
     SMALLEST_GAIN_SHARE,
     bounds_of,

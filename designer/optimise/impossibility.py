@@ -9,7 +9,7 @@ from designer.configurations import VIEW_OF_SINGLE_MIRROR, Configuration, Mirror
 from designer.optics.kinds import inverse_eccentricities, kind_of_conic, kind_of_single_mirror, radius_signs
 from designer.optimise.limit import limiting_gains
 from designer.optimise.reach import sampled, slopes_at
-from designer.optimise.specification import Specification
+from designer.optimise.required_numbers import Specification
 from designer.optimise.variables import FreeRanges
 from designer.optimise.variants import Variant, enumerate_variants
 

@@ -7,7 +7,7 @@ from designer.evaluate.limit import ImageBounds, arrangement_of, depth_error_lim
 from designer.evaluate.noise import MATCHING, Light, Texture
 from designer.evaluate.predicted_noise import COARSEST_TEXTURE, FINEST_TEXTURE, Conditions, sharp_noise_model
 from designer.optics.backend import Scalar
-from designer.optimise.specification import Specification
+from designer.optimise.required_numbers import Specification
 from designer.optimise.variants import Variant
 
 

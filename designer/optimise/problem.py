@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from designer.optics.clearance import SOLID_DIRECTIONS, pair_up, separations
 from designer.optimise.constraints import Constraint, constraints_of
-from designer.optimise.specification import Specification
+from designer.optimise.required_numbers import Specification
 from designer.optimise.system import System, enclosure, put_together
 from designer.optimise.variables import VARIABLE_NAMES, VariableBounds, physical_values, scaled_values
 from designer.optimise.variants import Variant

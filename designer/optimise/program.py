@@ -33,7 +33,7 @@ from designer.optics.clearance import (
 from designer.optics.image_law import ImageLaw
 from designer.optimise.constraints import constraints_of
 from designer.optimise.problem import Problem
-from designer.optimise.specification import SPECIFICATION_NAMES, Specification, specification_values
+from designer.optimise.required_numbers import SPECIFICATION_NAMES, Specification, specification_values
 from designer.optimise.symbols import symbolic_numbers, with_numbers
 from designer.optimise.system import System, put_together
 from designer.optimise.variables import VARIABLE_NAMES, VARIABLES, unscaled, with_principal_distance

@@ -15,7 +15,7 @@ import numpy as np
 from designer.configurations import MirrorKind
 from designer.optics.backend import tan
 from designer.optics.view import elevation_tangents_of_views
-from designer.optimise.specification import Specification
+from designer.optimise.required_numbers import Specification
 from designer.optimise.system import zone_tangents
 from designer.optimise.variants import Variant
 

@@ -24,9 +24,9 @@ from designer.optimise.branch import (
 )
 from designer.optimise.impossibility import why_fixed_conflicts, why_impossible
 from designer.optimise.multistart import Candidate, distinct_designs, examine, follow, improve
+from designer.optimise.required_numbers import specification_of
 from designer.optimise.shortfall import Shortfall, shortfalls_of
 from designer.optimise.solver import SOLVED, STALLED, Target
-from designer.optimise.specification import specification_of
 from designer.optimise.variables import fixed_parameters, free_ranges
 from designer.optimise.variants import enumerate_variants
 from designer.requirement import Requirement

@@ -25,7 +25,7 @@ from designer.optics.layout import Layout, OpticalPath, Reflection, Surroundings
 from designer.optics.view import elevation_tangents_of_views, half_angle_tangent, image_radius_slope
 from designer.optics.width import widened
 from designer.optimise.limit import conditions_of, volume_of
-from designer.optimise.specification import Specification
+from designer.optimise.required_numbers import Specification
 from designer.optimise.variants import Variant
 
 Values = Mapping[str, Scalar]

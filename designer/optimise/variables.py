@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from designer.optics.backend import Scalar, exp
 from designer.optimise.limit import limiting_gains
 from designer.optimise.reach import lower_viewpoints, sampled, secondary_vertices
-from designer.optimise.specification import Specification
+from designer.optimise.required_numbers import Specification
 from designer.optimise.variants import Variant
 from designer.requirement import Lens, Requirement
 

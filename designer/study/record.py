@@ -21,8 +21,8 @@ from designer.optics.view import elevation_tangents_of_views
 from designer.optimise.limit import conditions_of
 from designer.optimise.margin_limit import LensSetting, margin_limit_of
 from designer.optimise.multistart import Candidate
+from designer.optimise.required_numbers import specification_of
 from designer.optimise.search import SearchResult
-from designer.optimise.specification import specification_of
 from designer.optimise.system import put_together
 from designer.requirement import Lens, Requirement
 from designer.study.score import LeastLimit, StudyScore

@@ -14,7 +14,7 @@ from designer.design import Design
 from designer.optics.clearance import pair_up, separations
 from designer.optics.view import elevation_tangents_of_views
 from designer.optimise.impossibility import why_fixed_conflicts, why_impossible
-from designer.optimise.specification import specification_of
+from designer.optimise.required_numbers import specification_of
 from designer.optimise.variables import free_ranges
 from designer.optimise.variants import Variant, enumerate_variants
 from designer.requirement import Requirement, set_key

@@ -8,9 +8,9 @@ import pytest
 from designer.optics.image_law import ImageLaw
 from designer.optimise.branch import problem_of
 from designer.optimise.constraints import image_constraints
+from designer.optimise.required_numbers import SPECIFICATION_NAMES, specification_of, specification_values
 from designer.optimise.screening import draw
 from designer.optimise.search import search
-from designer.optimise.specification import SPECIFICATION_NAMES, specification_of, specification_values
 from designer.optimise.system import put_together, zone_tangents
 from designer.requirement import Requirement, set_key
 from designer.study.record import design_of

@@ -23,7 +23,7 @@ from designer.optics.clearance import (
 )
 from designer.optimise.constraints import constraints_of
 from designer.optimise.problem import Problem
-from designer.optimise.specification import SPECIFICATION_NAMES, Specification, specification_values
+from designer.optimise.required_numbers import SPECIFICATION_NAMES, Specification, specification_values
 from designer.optimise.system import enclosure, put_together
 from designer.optimise.variables import VARIABLE_NAMES, with_principal_distance
 from designer.optimise.variants import Variant

@@ -16,8 +16,8 @@ from designer.design import Design
 from designer.optics.view import elevation_tangents_of_views
 from designer.optimise.constraints import constraints_of
 from designer.optimise.problem import Problem, violations_of
+from designer.optimise.required_numbers import specification_of
 from designer.optimise.screening import draw
-from designer.optimise.specification import specification_of
 from designer.optimise.system import System
 from designer.optimise.variables import bounds_of, free_ranges
 from designer.optimise.variants import Variant, enumerate_variants

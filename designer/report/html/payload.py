@@ -20,7 +20,7 @@ from designer.files import as_json
 from designer.goals import GOALS
 from designer.optics.focus import lens_of_camera, light_path_of_design
 from designer.optimise.limit import conditions_of
-from designer.optimise.specification import specification_of
+from designer.optimise.required_numbers import specification_of
 from designer.report.content.requirement import requirement_groups
 from designer.requirement import PREDICTED, Requirement
 from designer.study.columns import COLUMNS
