@@ -1,8 +1,8 @@
 """The judge: a design traced, its record compared, its solids checked, and one verdict on all of it.
 
-Each question has its own module: the record (:mod:`.record`), chief rays of each view (:mod:`.chief_rays`), solids
-(:mod:`.solids`), the light of the full pupil (:mod:`.light`). A further question adds its sentences to the problems of
-:func:`judge`.
+Each question has its own module: the record (:mod:`.contradicted_record`), chief rays of each view
+(:mod:`.chief_rays`), solids (:mod:`.solids`), the light of the full pupil (:mod:`.light`). A further question adds its
+sentences to the problems of :func:`judge`.
 """
 
 from __future__ import annotations
