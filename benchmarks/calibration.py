@@ -19,7 +19,7 @@ from benchmarks.problems import RESULTS, ROOT
 from designer.as_built.dual import Array
 from designer.as_built.parameters import parameters_of, values_of
 from designer.as_built.tolerances import tolerances_of_grade
-from designer.calibration.calibrate import Calibration, calibrate
+from designer.calibration.calibrate import CalibratedSensor, calibrate
 from designer.calibration.findings import residuals_by_view
 from designer.calibration.images import pixels_of, point_images
 from designer.calibration.target import MODULES, make_target, modules_of
@@ -126,7 +126,7 @@ def rig_of(design: Design) -> StereoRig:
     )
 
 
-def corners_against_truth(design: Design, found: Calibration, poses: list[TargetPose]) -> list[str]:
+def corners_against_truth(design: Design, found: CalibratedSensor, poses: list[TargetPose]) -> list[str]:
     """How far the corners found lie from the chief rays of the true sensor."""
     values = true_values(design)
     off = [
@@ -146,7 +146,7 @@ def true_values(design: Design) -> Array:
     return np.append(values_of(design, ERRORS), [ERRORS.camera.image_shift_x_px, ERRORS.camera.image_shift_y_px])
 
 
-def departures_against_truth(design: Design, found: Calibration) -> list[str]:
+def departures_against_truth(design: Design, found: CalibratedSensor) -> list[str]:
     """How many departures lie within their intervals, and how far off the image of each view is on average.
 
     In the frame of the camera, which is shifted and not tilted. The frame may have turned and moved, which no image of

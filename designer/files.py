@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pydantic import JsonValue, ValidationError
@@ -75,6 +75,27 @@ def read_text(path: Path, largest_bytes: int = 64_000_000) -> str:
         return data.decode("utf-8")
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not UTF-8 text (byte {error.start})") from None
+
+
+def read_toml(path: Path, largest_bytes: int = 1_000_000) -> dict[str, Any]:
+    """Return the content of a TOML file.
+
+    Raises
+    ------
+    InputError
+        As for :func:`read_text`; or the file is not TOML, nested too deeply, or holds a number or date out of range.
+    """
+    import tomllib
+
+    text = read_text(path, largest_bytes)
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise InputError(f"{path}: nested too deeply to be read") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path}: not valid TOML: {error}") from None
+    except ValueError:  # Python refuses to read a whole number of thousands of digits, or a 13th month
+        raise InputError(f"{path}: not valid TOML: a number or date is out of range") from None
 
 
 def check_folder(folder: Path) -> None:

@@ -1,12 +1,16 @@
-"""Files that the designer wrote itself: known by their SHA-256, and replaced only while they are unchanged."""
+"""Files known by their SHA-256: those that the designer wrote, replaced only while unchanged, and inputs of results."""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Collection, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from designer.files import InputError
+
+if TYPE_CHECKING:
+    from pydantic import JsonValue
 
 Digests = Mapping[str, str | None]
 """SHA-256 by a file's name in its folder; None while it is being written: what is there after a crash is ours."""
@@ -17,6 +21,11 @@ _MOST_NAMED = 10
 def sha256(content: bytes) -> str:
     """The digest of a file's content, in hexadecimal."""
     return hashlib.sha256(content).hexdigest()
+
+
+def described_inputs(inputs: Mapping[str, Path]) -> dict[str, JsonValue]:
+    """The files that went into a result, for its provenance: the name and the digest of each."""
+    return {name: {"file": path.name, "sha256": sha256(path.read_bytes())} for name, path in inputs.items()}
 
 
 def is_as_written(path: Path, digests: Digests, name: str) -> bool:

@@ -11,7 +11,7 @@ from designer.extras import needs
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from designer.calibration.calibrate import Calibration
+    from designer.calibration.calibrate import CalibratedSensor
     from designer.calibration.target import Target
     from designer.design import Design
 
@@ -38,7 +38,7 @@ def calibrate(
     tolerances: str | Path = "coarse",
     *,
     free: Sequence[str] = (),
-) -> Calibration:
+) -> CalibratedSensor:
     """The sensor that took images of a target at different places: its ``design`` has an ``as_built`` table.
 
     Parameters

@@ -9,8 +9,8 @@ bisection, with the yield of traced sensors as the judge (docs/theory.md, sectio
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
@@ -83,6 +83,30 @@ class Budget:
     cost_of_class: dict[Grade, float]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Allocation:
+    """What is to be allocated, and what judges it: ``given`` (parameters,) are tolerances where no item chooses."""
+
+    model: Perturbable
+    items: tuple[Item, ...]
+    given: Array
+    weights: Array
+    growth: float
+    seed: int
+    align: int | None
+
+    def yield_of(self, classes: Array, trials: int) -> Yield:
+        """The yield of traced sensors with a class (items,) for each item."""
+        sizes = self.given.copy()
+        for item, chosen in zip(self.items, classes, strict=True):
+            sizes[list(item.places)] = item.sizes[chosen]
+        return simulate(self.model, sizes, self.growth, trials, self.seed, self.align).result
+
+    def cost(self, classes: Array) -> float:
+        """The sum of the classes' costs."""
+        return float(sum(item.costs[k] for item, k in zip(self.items, classes, strict=True)))
+
+
 def allocate(
     model: Perturbable,
     tolerances: Tolerances,
@@ -101,75 +125,30 @@ def allocate(
         :func:`designer.as_built.sensitivity.sensitivities`.
     asked
         The share of sensors that are to be good.
+    trials
+        Sensors that judge the result; the search itself traces fewer.
     align
         The place of a departure that is adjusted at assembly; it needs no tolerance.
     """
     growth = growth_of(tolerances)
     given = tolerance_values(model.design, model.parameters, tolerances)
-    items = list(_items(model, tolerances, align))
-    weights = _weights(model, impacts, growth)
-
-    def sizes_of(classes: Array) -> Array:
-        sizes = given.copy()
-        for item, chosen in zip(items, classes, strict=True):
-            sizes[list(item.places)] = item.sizes[chosen]
-        return sizes
-
-    def yield_of(classes: Array) -> Yield:
-        return simulate(model, sizes_of(classes), growth, trials, seed, align).result
-
-    finest = np.full(len(items), len(CLASSES) - 1)
-    cost_of_class = {grade: float(sum(item.costs[k] for item in items)) for k, grade in enumerate(CLASSES)}
-    best, reached = finest, yield_of(finest)
+    items = tuple(_items(model, tolerances, align))
+    allocation = _Allocation(model, items, given, _weights(model, impacts, growth), growth, seed, align)
+    cost_of_class = {grade: allocation.cost(np.full(len(items), k)) for k, grade in enumerate(CLASSES)}
+    classes = np.full(len(items), len(CLASSES) - 1)
+    reached = allocation.yield_of(classes, trials)
     if reached.value < asked:
         return Budget(asked, reached, (), cost_of_class[CLASSES[-1]], cost_of_class)
-    loose, tight = np.log(LOOSEST), np.log(TIGHTEST)
-    for _ in range(HALVINGS):
-        middle = (loose + tight) / 2.0
-        classes = _cheapest(items, weights, given, float(np.exp(middle)))
-        if classes is None:  # not even the finest class keeps so tight a bound
-            tight = middle
-            continue
-        found = yield_of(classes)
-        if found.value >= asked:
-            tight = middle
-            if _cost(items, classes) <= _cost(items, best):
-                best, reached = classes, found
-        else:
-            loose = middle
-    best, reached = _loosened(items, best, reached, asked, yield_of)
-    choices = tuple(_choice(item, int(chosen)) for item, chosen in zip(items, best, strict=True))
-    return Budget(asked, reached, choices, _cost(items, best), cost_of_class)
-
-
-def fulfilled(
-    model: Perturbable,
-    tolerances: Tolerances,
-    impacts: list[Impact],
-    asked: float,
-    trials: int,
-    seed: int,
-    align: int | None = None,
-) -> Budget:
-    """The cheapest classes with which as many of so many ``trials`` are good, found with fewer of them.
-
-    Parameters are those of :func:`allocate`.
-    """
     aim = asked
     for _ in range(ATTEMPTS):
-        budget = allocate(model, tolerances, impacts, aim, min(trials, SEARCH_TRIALS), seed, align)
-        if not budget.choices:
+        found = _search(allocation, aim, min(trials, SEARCH_TRIALS))
+        judged = allocation.yield_of(found, trials)
+        if judged.value >= asked:
+            classes, reached = found, judged
             break
-        chosen = tolerance_values(model.design, model.parameters, tolerances_of(budget, tolerances))
-        reached = simulate(model, chosen, growth_of(tolerances), trials, seed, align).result
-        budget = replace(budget, asked=asked, reached=reached)
-        if reached.value >= asked:
-            return budget
-        aim = min(aim + (asked - reached.value) + AIM_STEP, 1.0)
-    finest = tolerances.model_copy(update={"grade": CLASSES[-1]})
-    values = tolerance_values(model.design, model.parameters, finest)
-    reached = simulate(model, values, growth_of(tolerances), trials, seed, align).result
-    return replace(budget, asked=asked, reached=reached, choices=(), cost=budget.cost_of_class[CLASSES[-1]])
+        aim = min(aim + (asked - judged.value) + AIM_STEP, 1.0)
+    choices = tuple(_choice(item, int(chosen)) for item, chosen in zip(items, classes, strict=True))
+    return Budget(asked, reached, choices, allocation.cost(classes), cost_of_class)
 
 
 def tolerances_of(budget: Budget, tolerances: Tolerances) -> Tolerances:
@@ -182,6 +161,23 @@ def tolerances_of(budget: Budget, tolerances: Tolerances) -> Tolerances:
     names = {*content["mirror"], *mirrors}
     mirror = {name: content["mirror"].get(name, {}) | mirrors.get(name, {}) for name in sorted(names)}
     return Tolerances.model_validate(content | {"camera": camera, "mirror": mirror})
+
+
+def _search(allocation: _Allocation, aim: float, trials: int) -> Array:
+    """The cheapest classes (items,) found with which a share of so many sensors is good; else the finest."""
+    best = np.full(len(allocation.items), len(CLASSES) - 1)
+    loose, tight = np.log(LOOSEST), np.log(TIGHTEST)
+    for _ in range(HALVINGS):
+        middle = (loose + tight) / 2.0
+        classes = _cheapest(allocation, float(np.exp(middle)))
+        if classes is None or allocation.yield_of(classes, trials).value >= aim:
+            # Too tight for the finest class, or tight enough.
+            tight = middle
+            if classes is not None and allocation.cost(classes) <= allocation.cost(best):
+                best = classes
+        else:
+            loose = middle
+    return _loosened(allocation, best, aim, trials)
 
 
 def _items(model: Perturbable, tolerances: Tolerances, align: int | None) -> Iterator[Item]:
@@ -222,10 +218,9 @@ def _weights(model: Perturbable, impacts: list[Impact], growth: float) -> Array:
     return np.array([bias, blur]) / CUT_OFF**2
 
 
-def _cheapest(items: list[Item], weights: Array, given: Array, bound: float) -> Array | None:
+def _cheapest(allocation: _Allocation, bound: float) -> Array | None:
     """The cheapest class (items,) of each tolerance that keeps both mean squares within a bound; None if none does."""
-    costs = np.concatenate([item.costs for item in items])
-    count = len(CLASSES)
+    items, weights, count = allocation.items, allocation.weights, len(CLASSES)
     squares = np.array(
         [
             [float(item.sizes[k] ** 2 @ row[list(item.places)]) for item in items for k in range(count)]
@@ -233,41 +228,33 @@ def _cheapest(items: list[Item], weights: Array, given: Array, bound: float) -> 
         ]
     )
     chosen = [place for item in items for place in item.places]
-    rest = np.delete(given, chosen) ** 2 @ np.delete(weights, chosen, axis=1).T
+    rest = np.delete(allocation.given, chosen) ** 2 @ np.delete(weights, chosen, axis=1).T
     if np.any(bound - rest < 0.0):
         return None
     one_each = np.kron(np.eye(len(items)), np.ones(count))
     found = milp(
-        costs,
-        integrality=np.ones(costs.size, dtype=np.int64),
+        np.concatenate([item.costs for item in items]),
+        integrality=np.ones(count * len(items), dtype=np.int64),
         bounds=Bounds(0.0, 1.0),
         constraints=[LinearConstraint(one_each, 1.0, 1.0), LinearConstraint(squares, -np.inf, bound - rest)],
     )
     return None if found.x is None else np.argmax(found.x.reshape(len(items), count), axis=1)
 
 
-def _loosened(
-    items: list[Item], classes: Array, reached: Yield, asked: float, yield_of: Callable[[Array], Yield]
-) -> tuple[Array, Yield]:
+def _loosened(allocation: _Allocation, classes: Array, aim: float, trials: int) -> Array:
     """Each tolerance in turn one class coarser, the greatest saving first, where enough sensors stay good."""
-    savings = [
-        (float(item.costs[k] - item.costs[k - 1]), -place)
-        for place, (item, k) in enumerate(zip(items, classes, strict=True))
-        if k > 0
-    ]
-    for saving, place in sorted(savings, reverse=True):
+    chosen = zip(allocation.items, classes, strict=True)
+    savings = np.array([item.costs[k] - item.costs[max(k - 1, 0)] for item, k in chosen])
+    for place in np.argsort(-savings, kind="stable"):
+        if savings[place] <= 0.0:
+            break
         tried = classes.copy()
-        tried[-place] -= 1
-        found = yield_of(tried)
-        if saving > 0.0 and found.value >= asked:
-            classes, reached = tried, found
-    return classes, reached
+        tried[place] -= 1
+        if allocation.yield_of(tried, trials).value >= aim:
+            classes = tried
+    return classes
 
 
 def _choice(item: Item, chosen: int) -> Choice:
     grade = CLASSES[chosen]
     return Choice(item.part, item.key, grade, value_of(grade, item.part, item.key), float(item.costs[chosen]))
-
-
-def _cost(items: list[Item], classes: Array) -> float:
-    return float(sum(item.costs[k] for item, k in zip(items, classes, strict=True)))

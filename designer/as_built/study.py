@@ -22,7 +22,7 @@ import numpy as np
 from pydantic import JsonValue
 
 from designer import __version__
-from designer.as_built.budget import Budget, fulfilled, tolerances_of
+from designer.as_built.budget import Budget, allocate, tolerances_of
 from designer.as_built.compensation import Calibration
 from designer.as_built.dual import Array
 from designer.as_built.folder import write_tolerance_folder
@@ -145,7 +145,7 @@ def study_tolerances(
     if asked_yield is not None:
         if not 0.0 < asked_yield < 1.0:
             raise InputError(f"yield = {100.0 * asked_yield:g} %: must be more than 0 and less than 100")
-        budget = fulfilled(model, tolerances, impacts, asked_yield, trials, seed, moved)
+        budget = allocate(model, tolerances, impacts, asked_yield, trials, seed, moved)
         if budget.choices:
             tolerances = tolerances_of(budget, tolerances)
             values = tolerance_values(design, model.parameters, tolerances)
@@ -258,10 +258,10 @@ def summary(study: ToleranceStudy) -> dict[str, JsonValue]:
     }
 
 
-def percentiles(found: Array) -> list[float]:
-    """The 5th, 50th and 95th percentile; a sensor that is blind counts as the worst."""
+def percentiles(found: Array, shares: Sequence[float] = PERCENTILES) -> list[float]:
+    """Percentiles, by default the 5th, 50th and 95th; a sensor that is blind counts as the worst."""
     ordered = np.sort(np.where(np.isnan(found), np.inf, found))
-    return [float(ordered[round((len(ordered) - 1) * share / 100.0)]) for share in PERCENTILES]
+    return [float(ordered[round((len(ordered) - 1) * share / 100.0)]) for share in shares]
 
 
 def _csv(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from designer.as_built.dual import Array
-from designer.calibration.images import PointImages, point_images
+from designer.calibration.images import UNSEEN_PX, PointImages, point_images
 from designer.calibration.target_pose import NUMBERS, TargetPose, point_slopes, varied
 from designer.calibration.unknowns import Unknowns
 from designer.design import VIEW_NAMES, Design, ViewName
@@ -30,8 +30,6 @@ MOST_ROUNDS = 10
 NOISE_SETTLED, NOISE_ROUGH = 0.05, 0.5
 # A median absolute deviation of a Gaussian is so much of its standard deviation.
 MEDIAN_OF_SIGMA = 0.6744897501960817
-# What a point that a trial sensor does not show costs, in px.
-UNSEEN_PX = 1000.0
 TOLERANCE, ROUGH_TOLERANCE = 1e-8, 1e-2
 # Priors, then radians and mm of a pose.
 FIRST_STEP, POSE_STEP = 10.0, (1.0, 1.0, 1.0, 1000.0, 1000.0, 1000.0)
@@ -79,7 +77,7 @@ def adjust(
     noise_px
         Standard deviation of a coordinate of an image point; estimated from the residuals, for each view, if not given.
     """
-    problem = Problem(design, unknowns, tuple(sightings), tuple(poses))
+    problem = BundleProblem(design, unknowns, tuple(sightings), tuple(poses))
     at, tolerance = np.zeros(problem.number), ROUGH_TOLERANCE
     # From the residuals of the first guess on, so that Huber's loss does not take all points for wrong ones.
     noise = problem.estimated_noise(at)
@@ -99,7 +97,7 @@ def adjust(
     return problem.result(at, found.jac)
 
 
-class Problem:
+class BundleProblem:
     """The least squares problem as scipy asks for it: residuals and their derivatives share one trace."""
 
     def __init__(

@@ -30,7 +30,7 @@ Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Calibration:
+class CalibratedSensor:
     """A sensor as it was found.
 
     ``design`` has the ``as_built`` table; ``unknowns`` and ``adjusted`` hold priors, covariance and residuals;
@@ -57,7 +57,7 @@ def calibrate(
     free: Sequence[str] = (),
     names: Sequence[str] = (),
     progress: Progress = lambda line: None,
-) -> Calibration:
+) -> CalibratedSensor:
     """Find the departures of the sensor that took images of one target at different places.
 
     Parameters
@@ -107,7 +107,7 @@ def calibrate(
     sightings = _sightings([better[place] for place in kept], board)
     adjusted = adjust(as_designed, unknowns, sightings, [adjusted.poses[place] for place in kept])
     built = built_design(as_designed, unknowns, adjusted)
-    return Calibration(built, unknowns, adjusted, tuple(sightings), tuple(used[place] for place in kept))
+    return CalibratedSensor(built, unknowns, adjusted, tuple(sightings), tuple(used[place] for place in kept))
 
 
 def built_design(design: Design, unknowns: Unknowns, adjusted: Adjusted) -> Design:

@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 
 from designer.as_built.dual import Array
 from designer.calibration.detection import Detected
-from designer.calibration.images import point_images
+from designer.calibration.images import UNSEEN_PX, point_images
 from designer.calibration.target import Board
 from designer.calibration.target_pose import NUMBERS, TargetPose, point_slopes, varied
 from designer.design import Design, ViewName
@@ -22,7 +22,6 @@ from designer.imaging.stereo.placement import view_image
 
 # Farther off than this, in degrees from the middle of a board, its directions are not seen as a picture.
 WIDEST_DEG = 80.0
-UNSEEN_PX = 1000.0
 SOFT_PX = 5.0
 
 

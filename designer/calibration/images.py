@@ -16,6 +16,9 @@ from designer.as_built.parameters import parameters_of, systems_of
 from designer.as_built.projection import aim, derivatives_at, project, targets_of
 from designer.design import Design, ViewName
 
+UNSEEN_PX = 1000.0
+"""By how much a point counts as missed that a trial sensor does not show."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointImages:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import platform
 import sys
 from collections.abc import Mapping
@@ -15,22 +14,23 @@ import numpy as np
 from pydantic import JsonValue
 
 from designer import __version__
-from designer.calibration.calibrate import Calibration
+from designer.calibration.calibrate import CalibratedSensor
 from designer.calibration.findings import depth_uncertainty, residuals_by_region, residuals_by_view, still_open
 from designer.calibration.target import Target
 from designer.design import Design
 from designer.files import as_json
+from designer.own_files import described_inputs
 
 OF_95_PERCENT = 1.959963984540054
 KEY = "calibration"
 
 
-def calibrated_design(found: Calibration, target: Target, inputs: Mapping[str, Path]) -> Design:
+def calibrated_design(found: CalibratedSensor, target: Target, inputs: Mapping[str, Path]) -> Design:
     """The design with its ``as_built`` table, and a table ``calibration`` of how that was found."""
     return found.design.model_copy(update={KEY: _record(found, target, inputs)})
 
 
-def _record(found: Calibration, target: Target, inputs: Mapping[str, Path]) -> dict[str, JsonValue]:
+def _record(found: CalibratedSensor, target: Target, inputs: Mapping[str, Path]) -> dict[str, JsonValue]:
     unknowns, adjusted = found.unknowns, found.adjusted
     free = np.flatnonzero(unknowns.free)
     return {
@@ -45,7 +45,7 @@ def _record(found: Calibration, target: Target, inputs: Mapping[str, Path]) -> d
             for place in free
         ],
         "covariance": [[float(value) for value in row] for row in adjusted.covariance[np.ix_(free, free)]],
-        "hardly_told": list(still_open(unknowns, found.sigma)),
+        "poorly_determined": list(still_open(unknowns, found.sigma)),
         "noise_px": {str(view): noise for view, noise in adjusted.noise_px.items()},
         "residual_px": {str(view): rms for view, rms in residuals_by_view(found.sightings, adjusted).items()},
         "depth_uncertainty": depth_uncertainty(found.design.model_copy(update={"as_built": None}), adjusted),
@@ -60,10 +60,7 @@ def _record(found: Calibration, target: Target, inputs: Mapping[str, Path]) -> d
                 "scipy": version("scipy"),
                 "opencv": cv2.__version__,
             },
-            "inputs": {
-                name: {"file": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
-                for name, path in inputs.items()
-            },
+            "inputs": described_inputs(inputs),
             "command": " ".join(["designer", *sys.argv[1:]]),
             "finished": datetime.now(UTC).isoformat(timespec="seconds"),
         },

@@ -6,7 +6,6 @@ upper left corner of the board, x right, y down, z into the board, mm.
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError
 
 from designer.as_built.dual import Array
-from designer.files import InputError, describe_validation_error, read_text, write_atomically
+from designer.files import InputError, describe_validation_error, read_toml, write_atomically
 
 # A marker is 6 modules wide and a square 8, so that every edge lies on a grid of modules.
 MODULES, MARKER_MODULES = 8, 6
@@ -75,16 +74,7 @@ def read_target(path: Path) -> Target:
     InputError
         The file cannot be read, is not TOML or holds something that cannot be: one line says what is allowed.
     """
-    text = read_text(path, largest_bytes=1_000_000)
-    try:
-        content = tomllib.loads(text)
-    except RecursionError:
-        raise InputError(f"{path}: nested too deeply to be read") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from None
-    except ValueError:  # Python refuses to read a whole number of thousands of digits, or a 13th month
-        raise InputError(f"{path}: not valid TOML: a number or date is out of range") from None
-    return _validated(content, path)
+    return _validated(read_toml(path), path)
 
 
 def write_target(path: Path, target: Target) -> None:

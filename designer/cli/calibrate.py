@@ -11,7 +11,7 @@ from designer.extras import needs
 from designer.files import InputError
 
 if TYPE_CHECKING:
-    from designer.calibration.calibrate import Calibration
+    from designer.calibration.calibrate import CalibratedSensor
 
 HEADER = ("departure", "found", "+/-", "known before", "unit")
 
@@ -74,7 +74,7 @@ def calibrate(
     click.echo(f"{out} written")
 
 
-def describe(found: Calibration) -> list[str]:
+def describe(found: CalibratedSensor) -> list[str]:
     """The departures with their 95 % intervals, the residuals, and what the images do not tell."""
     from designer.calibration.findings import (
         depth_uncertainty,
@@ -115,7 +115,7 @@ def describe(found: Calibration) -> list[str]:
         f"down: {worst.rms_px:.3f} px rms, mean {worst.bias_px:.3f} px, of {worst.points} corners"
     )
     if names := still_open(unknowns, sigma):
-        lines.append(f"hardly told by the images: {', '.join(names)}")
+        lines.append(f"poorly determined by the images: {', '.join(names)}")
     as_designed = found.design.model_copy(update={"as_built": None})
     left = 100.0 * depth_uncertainty(as_designed, found.adjusted)
     lines.append(

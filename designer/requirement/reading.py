@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -12,7 +11,7 @@ from typing import Any, TypeVar
 import tomli_w
 from pydantic import ValidationError
 
-from designer.files import InputError, describe_validation_error, read_text
+from designer.files import InputError, describe_validation_error, read_toml
 from designer.requirement.model import Requirement
 from designer.requirement.part import Part, given
 
@@ -42,21 +41,9 @@ def read_named_part(path: Path, kind: type[NamedPart]) -> NamedPart:
     InputError
         The file cannot be read, is not TOML, or holds something that cannot be: one line says what is allowed.
     """
-    content = _read_toml(path)
+    content = read_toml(path, LARGEST_FILE_BYTES)
     content.setdefault("name", _name_from(path))
     return _validated(content, path, kind)
-
-
-def _read_toml(path: Path) -> dict[str, Any]:
-    text = read_text(path, largest_bytes=LARGEST_FILE_BYTES)
-    try:
-        return tomllib.loads(text)
-    except RecursionError:
-        raise InputError(f"{path}: nested too deeply to be read") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from None
-    except ValueError:  # Python refuses to read a whole number of thousands of digits, or a 13th month
-        raise InputError(f"{path}: not valid TOML: a number or date is out of range") from None
 
 
 def requirement_to_toml(requirement: Requirement) -> str:

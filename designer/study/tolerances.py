@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from designer.as_built.study import ToleranceStudy, study_tolerances
+from designer.as_built.study import ToleranceStudy, percentiles, study_tolerances
 from designer.as_built.tolerances import Tolerances
 from designer.design import Design, design_to_json
 from designer.files import InputError, describe_validation_error, read_text, write_atomically
@@ -24,9 +24,8 @@ from designer.study.names import TOLERANCES
 from designer.study.processes import local_processes, run_each, why_it_failed
 
 TRIALS = 2000
-SHARES = np.linspace(0.0, 1.0, 101)
-"""The shares of the sensors whose depth errors a record holds."""
-PERCENTILE = 95
+HIGH = 95
+"""The percentile by which designs are called forgiving."""
 
 
 class _Record(BaseModel):
@@ -71,7 +70,7 @@ class Forgiveness(_Record):
     @property
     def high(self) -> float | None:
         """Depth error at the 95th percentile."""
-        return self.depth_errors[PERCENTILE] if self.depth_errors else None
+        return self.depth_errors[HIGH] if self.depth_errors else None
 
 
 class StudyTolerances(_Record):
@@ -176,13 +175,11 @@ def _tolerate(design: Design, tolerances: Tolerances, trials: int, seed: int) ->
 
 def _record(study: ToleranceStudy) -> Forgiveness:
     result = study.trials.result
-    ordered = np.sort(np.where(np.isnan(study.trials.depth_error_after), np.inf, study.trials.depth_error_after))
-    places = np.rint(SHARES * (len(ordered) - 1)).astype(int)
     return Forgiveness(
         configuration=study.model.design.configuration,
         design_sha256=_fingerprint(study.model.design),
         depth_error_as_designed=study.model.noise,
-        depth_errors=tuple(_finite(value) for value in ordered[places]),
+        depth_errors=tuple(_finite(value) for value in percentiles(study.trials.depth_error_after, range(101))),
         good=result.value,
         good_interval=result.interval,
         first_order_holds=result.first_order_holds,

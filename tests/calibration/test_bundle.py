@@ -9,7 +9,7 @@ from scipy.stats import chi2
 from designer.as_built.parameters import CAMERA, parameters_of
 from designer.as_built.tolerances import tolerance_values, tolerances_of_grade
 from designer.as_built.yields import draw
-from designer.calibration.bundle import Adjusted, Problem, Sighting, adjust
+from designer.calibration.bundle import Adjusted, BundleProblem, Sighting, adjust
 from designer.calibration.findings import (
     depth_slopes,
     depth_uncertainty,
@@ -64,7 +64,7 @@ def test_derivatives_are_those_of_central_differences(name: str):
     # The camera's own pose is free too, so that every departure is tried.
     unknowns = unknowns_of(design, tolerances_of_grade("coarse"), [m.name for m in design.mirrors] + [CAMERA])
     assert unknowns.free.all()
-    problem = Problem(design, unknowns, tuple(sightings), tuple(poses))
+    problem = BundleProblem(design, unknowns, tuple(sightings), tuple(poses))
     problem.noise_px = dict.fromkeys(VIEW_NAMES, 1.0)
     random = np.random.default_rng(0)
     poses_off = 0.05 * random.standard_normal(18) * np.tile([1, 1, 1, 9, 9, 9], 3)

@@ -13,7 +13,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Annotated
 
@@ -21,7 +20,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError
 
 from designer.design import VIEW_NAMES
-from designer.files import InputError, describe_validation_error, read_text, write_atomically
+from designer.files import InputError, describe_validation_error, read_toml, write_atomically
 from designer.imaging.stereo.placement import ImagePlacement, Placement, ViewPlacements, placement_of_view
 
 Coordinate = Annotated[float, Strict(), Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
@@ -56,17 +55,11 @@ def read_placement(path: Path) -> Placement:
     InputError
         The file cannot be read, is not TOML, or holds something that cannot be: one line says what is allowed.
     """
-    text = read_text(path, largest_bytes=1_000_000)
+    content = read_toml(path)
     try:
-        tables = _PlacementTable.model_validate(tomllib.loads(text))
+        tables = _PlacementTable.model_validate(content)
     except ValidationError as error:
         raise InputError(describe_validation_error(path, error)) from None
-    except RecursionError:
-        raise InputError(f"{path}: nested too deeply to be read") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from None
-    except ValueError:  # Python refuses to read a whole number of thousands of digits, or a 13th month
-        raise InputError(f"{path}: not valid TOML: a number or date is out of range") from None
     upper, lower = tables.upper.placement(), tables.lower.placement()
     return upper if upper == lower else ViewPlacements(upper, lower)
 

@@ -8,7 +8,6 @@ not finished.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import platform
 import sys
@@ -36,6 +35,7 @@ from designer.imaging.stereo.ply import write_ply
 from designer.imaging.stereo.reconstruction import PointCloud, depth_shifts_per_scale
 from designer.imaging.stereo.rig import StereoRig, build_rig, match_image, panoramas, point_cloud
 from designer.notebook_html import html_table, percent
+from designer.own_files import described_inputs
 
 SUMMARY, PLACEMENT = "summary.json", "placement.toml"
 # Blue, green, red of each outcome in outcomes.png; kept pixels are white. Legible to the colour-blind.
@@ -219,10 +219,7 @@ def _summary(
                 "scipy": version("scipy"),
                 "opencv": cv2.__version__,
             },
-            "inputs": {
-                name: {"file": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
-                for name, path in inputs.items()
-            },
+            "inputs": described_inputs(inputs),
             "placements": {view: asdict(image.placement) for view, image in result.rig.images.items()},
             "command": " ".join(["designer", *sys.argv[1:]]),
             "finished": datetime.now(UTC).isoformat(timespec="seconds"),

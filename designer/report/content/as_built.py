@@ -43,12 +43,12 @@ def most_forgiving_in_words(found: StudyTolerances) -> str:
     if best.configuration == first.configuration:
         return (
             f"The winner is also the most forgiving: no other of these designs has a lower depth error at the 95th "
-            f"percentile ({_percent(best.high)} %)."
+            f"percentile ({_percent(best.high)})."
         )
     return (
-        f"The most forgiving of these designs is {best.configuration}: {_percent(best.high)} % at the 95th percentile, "
-        f"where the winner has {_percent(first.high)} %. As designed, it has {_percent(best.depth_error_as_designed)} "
-        f"% and the winner {_percent(first.depth_error_as_designed)} %."
+        f"The most forgiving of these designs is {best.configuration}: {_percent(best.high)} at the 95th percentile, "
+        f"where the winner has {_percent(first.high)}. As designed, it has {_percent(best.depth_error_as_designed)} "
+        f"and the winner {_percent(first.depth_error_as_designed)}."
     )
 
 
@@ -136,4 +136,4 @@ def _or_none(value: float | None, decimals: int) -> str:
 
 
 def _percent(value: float | None) -> str:
-    return "no depth" if value is None else percent(value, percent_decimals([value], significant=4))
+    return "no depth" if value is None else f"{percent(value, percent_decimals([value], significant=4))} %"

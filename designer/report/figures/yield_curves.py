@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from designer.report.figures.style import GREY, SERIES, new_figure
-from designer.study.tolerances import SHARES, Forgiveness
+from designer.study.tolerances import Forgiveness
 
 SPAN = 2.0
 """Designs whose sensors have more than this many times the least median depth error are not shown."""
@@ -24,7 +24,7 @@ def draw_yield_curves(
         colour, line, _ = SERIES[place % len(SERIES)]
         errors = np.array([np.inf if value is None else 100.0 * value for value in each.depth_errors])
         label = f"{ranks.get(each.configuration, '')}  {each.configuration}".strip()
-        axes.plot(errors, 100.0 * SHARES, color=colour, linestyle=line, linewidth=1.3, label=label)
+        axes.plot(errors, np.arange(len(errors)), color=colour, linestyle=line, linewidth=1.3, label=label)
         if each.depth_error_as_designed is not None:
             axes.plot(100.0 * each.depth_error_as_designed, 0.0, "o", color=colour, markersize=4.0, clip_on=False)
     for level in (50.0, 95.0):
