@@ -18,9 +18,9 @@ from designer.optimise.solver import Target
 from designer.optimise.variants import enumerate_variants
 from designer.requirement import Requirement, set_key
 
-# So many fresh starts for each variant at every so manyth bound, the tightest included, whose finds fit everywhere.
-FEW_STARTS = 2
-FRESH_EVERY = 2
+# So many fresh starts for each variant at each bound but the tightest, which gets as many as a study: what fits there
+# fits everywhere.
+FEW_STARTS = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,13 +120,12 @@ def _shared(
         for place in sorted(waiting):
             reached = found[place].goals["depth_error"]
             beside = [known[other] for other in (place - 1, place + 1) if 0 <= other < len(bounds)]
-            is_fresh = is_first and (len(bounds) - 1 - place) % FRESH_EVERY == 0
             result = least_again(
                 asked[place],
                 configuration,
                 known[place],
                 beside if place else [unbounded, *beside],
-                Fresh(FEW_STARTS, place + 1) if is_fresh else None,
+                (Fresh() if place == len(bounds) - 1 else Fresh(FEW_STARTS, place + 1)) if is_first else None,
                 [branch for branch, value in least.items() if value >= reached],
             )
             if result is None:
