@@ -20,7 +20,7 @@ from designer.trace.instrument import sag
 Point = tuple[float, float]
 
 # What is shorter than a CAD kernel's tolerance is no edge to it; what is larger loses it in rounding.
-_LEAST_MM, _LARGEST_MM = 1e-4, 1e6
+LEAST_MM, LARGEST_MM = 1e-4, 1e6
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,8 +96,8 @@ def check_solid(mirror: Mirror) -> None:
     if mirror.inner_radius_mm > 0.0:
         widths.append(mirror.inner_radius_mm)
     largest = max(mirror.outer_radius_mm, abs(mirror.vertex_mm), mirror.thickness_mm)
-    if min(widths) < _LEAST_MM or largest > _LARGEST_MM:
+    if min(widths) < LEAST_MM or largest > LARGEST_MM:
         raise InputError(
             f"mirror {mirror.name}: no solid that CAD can hold; thickness, width and hole must be at least "
-            f"{_LEAST_MM:g} mm, and nothing larger than {_LARGEST_MM:g} mm"
+            f"{LEAST_MM:g} mm, and nothing larger than {LARGEST_MM:g} mm"
         )

@@ -38,9 +38,9 @@ class ExportFormat:
     suffix
         How the file's name ends, with its dot.
     one_file_for
-        What has a file of its own: each mirror, each view or each sheet, in a folder, or the whole design.
+        What has a file of its own: each mirror, view, sheet or solid, in a folder, or the whole design.
     contents
-        The text or bytes of each file, by the name of its mirror, its view, its sheet or the design's configuration.
+        The text or bytes of each file, by the name of its mirror, view, sheet or solid, or the design's configuration.
         Raises InputError for a design that the format cannot hold, with the reason.
     leaves_out
         What the format has no place for in any design, and is therefore not in the files.
@@ -51,7 +51,7 @@ class ExportFormat:
 
     description: str
     suffix: str
-    one_file_for: Literal["mirror", "view", "sheet", "design"]
+    one_file_for: Literal["mirror", "view", "sheet", "solid", "design"]
     contents: Callable[[Design], Mapping[str, str | bytes]]
     leaves_out: str
     extra: str | None = None
@@ -109,11 +109,11 @@ EXPORTS: dict[str, ExportFormat] = {
         leaves_out="the camera, the light and what holds the mirrors",
     ),
     "step": ExportFormat(
-        description="solids of the mirrors for CAD, with exact surfaces, in their places",
+        description="solids of the mirrors for CAD, with exact surfaces, in place; the assembly with lens barrel",
         suffix=".step",
-        one_file_for="mirror",
+        one_file_for="solid",
         contents=step_solids,
-        leaves_out="the camera, the light and what holds the mirrors",
+        leaves_out="the camera's body, the light and what holds the mirrors",
         extra="step",
     ),
     "drawing": ExportFormat(

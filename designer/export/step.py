@@ -1,35 +1,42 @@
 """Solids of the mirrors with exact surfaces (``.step``, AP214), in mm, each in its place above the pinhole.
 
 The outline of half a section, two exact arcs of a conic and two straight edges, is turned about the axis by the CAD
-kernel Open CASCADE. Its surfaces of revolution are the conics themselves, not approximations.
+kernel Open CASCADE. Its surfaces of revolution are the conics themselves, not approximations. The assembly has each
+mirror as a part with its name, and the lens barrel.
 """
 
 from __future__ import annotations
 
+import itertools
 import re
 import tempfile
 from pathlib import Path
 from typing import Any
 
 from designer.design import Design, Mirror
-from designer.export.conic_arc import ConicArc, check_solid, profile_arc
+from designer.export.assembly_name import ASSEMBLY, check_no_mirror_is_the_assembly
+from designer.export.conic_arc import LARGEST_MM, LEAST_MM, ConicArc, check_solid, profile_arc
 from designer.files import InputError
 
 _WRITTEN_AT = re.compile(rb"'\d{4}-\d\d-\d\dT[\d:]+'")
 _PLAIN = re.compile(r"[A-Za-z0-9_. -]{1,100}")
+_PLACED = re.compile(rb"(?<=NEXT_ASSEMBLY_USAGE_OCCURRENCE\(')\d+")
 _PART = "mirror"
 _NO_TIME = b"'1970-01-01T00:00:00'"
 
 
 def step_solids(design: Design) -> dict[str, bytes]:
-    """The solid of each mirror of a design, by the mirror's name; the same design gives the same bytes.
+    """The solid of each mirror of a design, by the mirror's name; last the assembly. Same design, same bytes.
 
     Raises
     ------
     InputError
-        A mirror is none that the kernel can build.
+        A mirror is none that the kernel can build, or has the assembly's name.
     """
-    return {mirror.name: _file(mirror_solid(mirror), mirror.name) for mirror in design.mirrors}
+    check_no_mirror_is_the_assembly(design)
+    solids = {mirror.name: mirror_solid(mirror) for mirror in design.mirrors}
+    files = {name: _file(solid, name) for name, solid in solids.items()}
+    return files | {ASSEMBLY: _assembly(solids | _barrel(design))}
 
 
 def mirror_solid(mirror: Mirror) -> Any:
@@ -90,24 +97,80 @@ def _arc_edge(arc: ConicArc) -> Any:
     return BRepBuilderAPI_MakeEdge(Geom_BezierCurve(points, weights)).Edge()
 
 
+def _barrel(design: Design) -> dict[str, Any]:
+    """The lens barrel as a plain cylinder, from its seat to its front; nothing if it has no length."""
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+    camera = design.camera
+    if not camera.lens_length_mm:
+        return {}
+    sizes = (camera.lens_length_mm, camera.lens_radius_mm)
+    if min(sizes) < LEAST_MM or max(*sizes, abs(camera.lens_front_mm)) > LARGEST_MM:
+        raise InputError(f"the lens barrel: its lengths must be between {LEAST_MM:g} and {LARGEST_MM:g} mm")
+    seat = gp_Ax2(gp_Pnt(0.0, 0.0, camera.lens_seat_mm), gp_Dir(0.0, 0.0, 1.0))
+    return {"lens barrel": BRepPrimAPI_MakeCylinder(seat, camera.lens_radius_mm, camera.lens_length_mm).Shape()}
+
+
 def _file(solid: Any, name: str) -> bytes:
-    from OCP.IFSelect import IFSelect_RetDone
     from OCP.Interface import Interface_Static
-    from OCP.Message import Message, Message_Gravity
     from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
 
-    for printer in Message.DefaultMessenger_s().Printers():
-        printer.SetTraceLevel(Message_Gravity.Message_Fail)
+    _be_quiet()
     writer = STEPControl_Writer()
     Interface_Static.SetCVal_s("write.step.unit", "MM")
     Interface_Static.SetCVal_s("write.step.product.name", _PART)
     writer.Transfer(solid, STEPControl_AsIs)
+    # A running number would make every file of the same design another one.
+    return re.sub(rb"'%b \d+'" % _PART.encode("ascii"), f"'{_shown(name)}'".encode("ascii"), _written(writer, name))
+
+
+def _assembly(solids: dict[str, Any]) -> bytes:
+    """Solids as named parts of one product."""
+    from OCP.Interface import Interface_Static
+    from OCP.STEPCAFControl import STEPCAFControl_Writer
+    from OCP.TCollection import TCollection_ExtendedString
+    from OCP.TDataStd import TDataStd_Name
+    from OCP.TDocStd import TDocStd_Document
+    from OCP.TopLoc import TopLoc_Location
+    from OCP.XCAFDoc import XCAFDoc_DocumentTool
+
+    document = TDocStd_Document(TCollection_ExtendedString("MDTV-XCAF"))
+    shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+    whole = shapes.NewShape()
+    TDataStd_Name.Set_s(whole, TCollection_ExtendedString(ASSEMBLY))
+    for name, solid in solids.items():
+        part = shapes.AddShape(solid, False)
+        for label in (part, shapes.AddComponent(whole, part, TopLoc_Location())):
+            TDataStd_Name.Set_s(label, TCollection_ExtendedString(_shown(name)))
+    shapes.UpdateAssemblies()
+    _be_quiet()
+    writer = STEPCAFControl_Writer()
+    Interface_Static.SetCVal_s("write.step.unit", "MM")
+    writer.SetNameMode(True)
+    writer.Transfer(document)
+    # The kernel numbers the parts that it has placed so far, those of other files too.
+    numbers = itertools.count(1)
+    return _PLACED.sub(lambda _: b"%d" % next(numbers), _written(writer, ASSEMBLY))
+
+
+def _shown(name: str) -> str:
+    return name if _PLAIN.fullmatch(name) else _PART
+
+
+def _be_quiet() -> None:
+    from OCP.Message import Message, Message_Gravity
+
+    for printer in Message.DefaultMessenger_s().Printers():
+        printer.SetTraceLevel(Message_Gravity.Message_Fail)
+
+
+def _written(writer: Any, name: str) -> bytes:
+    """What a writer of the kernel writes, without the time at which it did."""
+    from OCP.IFSelect import IFSelect_RetDone
+
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "mirror.step"
+        path = Path(folder) / "part.step"
         if writer.Write(str(path)) != IFSelect_RetDone:
-            raise InputError(f"mirror {name}: the CAD kernel cannot write it")
-        content = path.read_bytes()
-    # The time of writing and a running number would make every file of the same design another one.
-    shown = name if _PLAIN.fullmatch(name) else _PART
-    content = re.sub(rb"'%b \d+'" % _PART.encode("ascii"), f"'{shown}'".encode("ascii"), content)
-    return _WRITTEN_AT.sub(_NO_TIME, content, count=1)
+            raise InputError(f"{name}: the CAD kernel cannot write it")
+        return _WRITTEN_AT.sub(_NO_TIME, path.read_bytes(), count=1)

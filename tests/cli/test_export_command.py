@@ -19,7 +19,7 @@ FILES = {
     "zmx": {"upper.zmx", "lower.zmx"},
     "optiland": {"upper.json", "lower.json"},
     "stl": {"secondary.stl", "primary.stl", "direct.stl"},
-    "step": {"secondary.step", "primary.step", "direct.step"},
+    "step": {"secondary.step", "primary.step", "direct.step", "assembly.step"},
     "drawing": {"secondary.pdf", "primary.pdf", "direct.pdf", "assembly.pdf"},
 }
 

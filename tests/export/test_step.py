@@ -94,7 +94,7 @@ def distance_from_conic(mirror: Mirror, points: np.ndarray, offset: float) -> np
 @pytest.mark.parametrize("design", DESIGNS, ids=lambda design: design.configuration)
 def test_open_cascade_reads_exact_solids_back(design, tmp_path: Path) -> None:
     contents = step_solids(design)
-    assert list(contents) == [mirror.name for mirror in design.mirrors]
+    assert list(contents) == [*(mirror.name for mirror in design.mirrors), "assembly"]
     assert contents == step_solids(design)
     for mirror in design.mirrors:
         solid = read_solid(contents[mirror.name], tmp_path)
@@ -114,7 +114,7 @@ def test_open_cascade_reads_exact_solids_back(design, tmp_path: Path) -> None:
 
 def test_a_mirror_without_a_hole_closes_on_the_axis(tmp_path: Path) -> None:
     mirror = DESIGNS[1].mirrors[0].model_copy(update={"inner_radius_mm": 0.0})
-    (content,) = step_solids(DESIGNS[1].model_copy(update={"mirrors": (mirror,)})).values()
+    content = step_solids(DESIGNS[1].model_copy(update={"mirrors": (mirror,)}))[mirror.name]
     expected = math.pi * mirror.outer_radius_mm**2 * mirror.thickness_mm
     assert volume(read_solid(content, tmp_path)) == pytest.approx(expected, rel=1e-6)
 
@@ -122,4 +122,54 @@ def test_a_mirror_without_a_hole_closes_on_the_axis(tmp_path: Path) -> None:
 def test_what_is_no_solid_is_refused() -> None:
     mirror = DESIGNS[0].mirrors[0].model_copy(update={"thickness_mm": 0.0})
     with pytest.raises(InputError, match="no thickness"):
+        step_solids(DESIGNS[0].model_copy(update={"mirrors": (mirror,)}))
+
+
+def read_assembly(content: bytes, folder: Path):
+    """The parts of an assembly in their places, by name."""
+    from OCP.collections import Sequence_TDF_Label
+    from OCP.STEPCAFControl import STEPCAFControl_Reader
+    from OCP.TCollection import TCollection_ExtendedString
+    from OCP.TDataStd import TDataStd_Name
+    from OCP.TDocStd import TDocStd_Document
+    from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
+
+    path = folder / "assembly.step"
+    path.write_bytes(content)
+    document = TDocStd_Document(TCollection_ExtendedString("MDTV-XCAF"))
+    reader = STEPCAFControl_Reader()
+    reader.SetNameMode(True)
+    assert reader.Perform(str(path), document)
+    whole, parts = Sequence_TDF_Label(), Sequence_TDF_Label()
+    XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).GetFreeShapes(whole)
+    assert whole.Length() == 1
+    assert XCAFDoc_ShapeTool.GetComponents_s(whole.Value(1), parts)
+    found = {}
+    for index in range(1, parts.Length() + 1):
+        name = TDataStd_Name()
+        assert parts.Value(index).FindAttribute(TDataStd_Name.GetID_s(), name)
+        found[name.Get().ToExtString()] = XCAFDoc_ShapeTool.GetShape_s(parts.Value(index))
+    return found
+
+
+@pytest.mark.parametrize("design", DESIGNS, ids=lambda design: design.configuration)
+def test_the_assembly_has_every_part_in_its_place(design, tmp_path: Path) -> None:
+    camera = design.camera
+    parts = read_assembly(step_solids(design)["assembly"], tmp_path)
+    assert list(parts) == [*(mirror.name for mirror in design.mirrors), "lens barrel"]
+    for mirror in design.mirrors:
+        ring = math.pi * (mirror.outer_radius_mm**2 - mirror.inner_radius_mm**2)
+        assert volume(parts[mirror.name]) == pytest.approx(ring * mirror.thickness_mm, rel=1e-6)
+        rims = [mirror.vertex_mm + float(sag(mirror, r)) for r in (mirror.inner_radius_mm, mirror.outer_radius_mm)]
+        ends = [height + offset for height in rims for offset in (0.0, mirror.back_offset_mm)]
+        heights = vertices_of(parts[mirror.name])[:, 2]
+        assert (heights.min(), heights.max()) == pytest.approx((min(ends), max(ends)), abs=1e-9)
+    barrel = vertices_of(parts["lens barrel"])
+    assert volume(parts["lens barrel"]) == pytest.approx(math.pi * camera.lens_radius_mm**2 * camera.lens_length_mm)
+    assert (barrel[:, 2].min(), barrel[:, 2].max()) == pytest.approx((camera.lens_seat_mm, camera.lens_front_mm))
+
+
+def test_a_mirror_named_as_the_assembly_is_refused() -> None:
+    mirror = DESIGNS[0].mirrors[0].model_copy(update={"name": "Assembly"})
+    with pytest.raises(InputError, match="give the mirror another"):
         step_solids(DESIGNS[0].model_copy(update={"mirrors": (mirror,)}))

@@ -7,6 +7,7 @@ from importlib import resources
 
 from designer import __version__
 from designer.design import Design, Mirror, design_to_json
+from designer.export.assembly_name import ASSEMBLY, check_no_mirror_is_the_assembly
 from designer.export.drawing.assembly import assembly_drawing
 from designer.export.drawing.assembly_fields import assembly_groups, vertex_table
 from designer.export.drawing.fields import fields
@@ -17,7 +18,6 @@ from designer.files import InputError, shortened
 from designer.trace.instrument import sag
 from designer.typesetting.markup import literal
 
-ASSEMBLY = "assembly"
 LARGEST_MM, SMALLEST_MM, LARGEST_RADIUS_MM = 1e5, 1e-2, 1e9
 
 
@@ -42,6 +42,7 @@ def drawing_sheets(design: Design) -> dict[str, bytes]:
 
 def sheet_sources(design: Design) -> dict[str, str]:
     """The Typst source of every sheet, by its name."""
+    check_no_mirror_is_the_assembly(design)
     _check_surroundings(design)
     for mirror in design.mirrors:
         _check(mirror)
@@ -80,8 +81,6 @@ def _check_surroundings(design: Design) -> None:
 
 
 def _check(mirror: Mirror) -> None:
-    if mirror.name.lower() == ASSEMBLY:
-        raise InputError(f"mirror {mirror.name!r}: the sheet of the assembly has this name; give the mirror another")
     rim = abs(float(sag(mirror, mirror.outer_radius_mm)))
     largest = max(abs(mirror.vertex_mm), mirror.outer_radius_mm, mirror.thickness_mm, rim)
     radius = abs(mirror.radius_mm or 0.0)

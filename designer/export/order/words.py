@@ -11,8 +11,9 @@ from designer.design import Design
 from designer.evaluate.coatings import ALUMINIUM_6061, COATINGS
 from designer.evaluate.fabrication import mirror_shape
 from designer.evaluate.fabrication_notes import fabrication_notes_on
+from designer.export.assembly_name import ASSEMBLY
 from designer.export.drawing.fields import lens_law
-from designer.export.drawing.sheets import ASSEMBLY, design_digest
+from designer.export.drawing.sheets import design_digest
 from designer.export.formats import EXPORTS, WITHOUT_DEPARTURES
 
 _OPEN = (
