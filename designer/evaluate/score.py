@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, JsonValue
+from pydantic import JsonValue
 
 from designer.design import VIEW_NAMES, Design, ViewName
 from designer.evaluate.depth import (
@@ -30,6 +30,7 @@ from designer.evaluate.fabrication import MirrorShape, mirror_shape, overall_dia
 from designer.evaluate.fabrication_notes import fabrication_notes_on
 from designer.evaluate.focus import FocusScore, focus_score
 from designer.evaluate.limit import Arrangement, ImageBounds, depth_error_limit, limit_gains
+from designer.evaluate.magnitudes import check_magnitudes
 from designer.evaluate.points import PointScore, point_score
 from designer.evaluate.resolution import (
     angular_resolution_px_per_deg,
@@ -44,7 +45,6 @@ from designer.optics.image_law import image_law_of, widest_half_tangent
 from designer.optics.view import elevation_tangents_of_views, half_angle_tangent
 
 # Powers and products of numbers within these sizes stay finite.
-SMALLEST_NUMBER, LARGEST_NUMBER = 1e-15, 1e15
 # Standard deviation of a number rounded to the nearest whole one.
 ROUNDING_NOISE_PX = 1.0 / math.sqrt(12.0)
 
@@ -211,7 +211,7 @@ def _depth_score(design: Design, pair: StereoPair, volume: Volume) -> DepthScore
 
 def check_scorable(design: Design) -> None:
     """Raise InputError, naming key and value, for a design whose numbers describe no stereo pair."""
-    _check_sizes(design)
+    check_magnitudes(design)
     low, high = design.working_volume.elevation_deg
     near, far = design.working_volume.distance_mm
     if design.baseline_mm <= 0:
@@ -246,20 +246,6 @@ def check_image_law(design: Design) -> None:
         raise InputError(
             f"camera.{key}: the image radius rises up to {reached:.4g} mm only, at {math.degrees(law.widest):.4g} "
             f"degrees; the image circle's is {camera.image_radius_mm:.4g} mm"
-        )
-
-
-def _check_sizes(part: object, key: str = "") -> None:
-    """Refuse the first number of a record, the score and unknown keys aside, that no optics has."""
-    if isinstance(part, BaseModel):
-        for name in type(part).model_fields:
-            _check_sizes(getattr(part, name), f"{key}.{name}" if key else name)
-    elif isinstance(part, tuple):
-        for index, entry in enumerate(part):
-            _check_sizes(entry, f"{key}.{index}")
-    elif isinstance(part, float) and part and not SMALLEST_NUMBER <= abs(part) <= LARGEST_NUMBER:
-        raise InputError(
-            f"{key} = {part:g}: must be zero or from {SMALLEST_NUMBER:g} to {LARGEST_NUMBER:g} in magnitude"
         )
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from designer.design import Design
+from designer.evaluate.magnitudes import check_magnitudes
 from designer.export.drawing.sheets import drawing_sheets
 from designer.export.dxf import dxf_drawing
 from designer.export.optiland import optiland_files
@@ -167,7 +168,7 @@ def export_design(design: Design, name: str, target: Path) -> tuple[Path, ...]:
     check_target(name, target)
     chosen = export_format(name)
     if chosen.one_file_for == "design":
-        files = dict.fromkeys([target], *chosen.contents(design).values())
+        files = dict.fromkeys([target], *_contents(chosen, design).values())
     else:
         files = {target / file: content for file, content in exported_files(design, name).items()}
         for path in files:
@@ -187,9 +188,14 @@ def exported_files(design: Design, name: str) -> dict[str, str | bytes]:
         There is no such format, it cannot hold the design, or a part's name cannot name a file.
     """
     chosen = export_format(name)
-    contents = chosen.contents(design)
+    contents = _contents(chosen, design)
     _check_names(chosen, contents)
     return {f"{part}{chosen.suffix}": content for part, content in contents.items()}
+
+
+def _contents(chosen: ExportFormat, design: Design) -> Mapping[str, str | bytes]:
+    check_magnitudes(design)
+    return chosen.contents(design)
 
 
 def check_target(name: str, target: Path) -> None:

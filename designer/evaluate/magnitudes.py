@@ -1,0 +1,29 @@
+"""Numbers so large or small that no optics has them, and that squares and quotients would take out of range."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel
+
+from designer.files import InputError
+
+SMALLEST_NUMBER, LARGEST_NUMBER = 1e-15, 1e15
+
+
+def check_magnitudes(part: object, key: str = "") -> None:
+    """Refuse the first number of a record, the score and unknown keys aside, that no optics has.
+
+    Raises
+    ------
+    InputError
+        There is one; its place starts with ``key``.
+    """
+    if isinstance(part, BaseModel):
+        for name in type(part).model_fields:
+            check_magnitudes(getattr(part, name), f"{key}.{name}" if key else name)
+    elif isinstance(part, tuple):
+        for index, entry in enumerate(part):
+            check_magnitudes(entry, f"{key}.{index}")
+    elif isinstance(part, float) and part and not SMALLEST_NUMBER <= abs(part) <= LARGEST_NUMBER:
+        raise InputError(
+            f"{key} = {part:g}: must be zero or from {SMALLEST_NUMBER:g} to {LARGEST_NUMBER:g} in magnitude"
+        )
