@@ -61,7 +61,7 @@ def _report(requirements: int, first: int, designs: int, held: list[Found]) -> s
     if held:
         excess = np.array([each[3] for each in held])
         lines.append(f"excess: median {np.median(excess):.2g} mm, 95 % {np.percentile(excess, 95):.2g} mm")
-    for (pair, _), count in Counter((each[2], 0) for each in strict).most_common():
+    for pair, count in Counter(each[2] for each in strict).most_common():
         worst = max(each[3] for each in strict if each[2] == pair)
         lines.append(f"  {count:4d}  {pair}: up to {worst:.2f} mm")
     lines += [f"  {each[0]} {each[1]}: {each[2]} {each[3]:.2f} mm" for each in sorted(strict, key=lambda e: -e[3])[:20]]

@@ -174,7 +174,7 @@ def _focal_form(design: Design, mirror: Mirror) -> FocalForm | None:
     if vertex.kind == "plane":
         # The foci of a plane are mirror images: both lie as far from it.
         return FocalForm(to_vertex if starts else -to_vertex, 0.0) if to_vertex else None
-    if 1.0 + vertex.conic_constant >= 1.0:  # a sphere to the last digit, or oblate
+    if vertex.conic_constant >= 0:
         return None
 
     def misfit(form: FocalForm) -> float:

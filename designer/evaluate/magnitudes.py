@@ -1,4 +1,4 @@
-"""Numbers so large or small that no optics has them, and that squares and quotients would take out of range."""
+"""Numbers so large or small that no optics has them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from pydantic import BaseModel
 
 from designer.files import InputError
 
+# Powers and products of numbers within these sizes stay finite.
 SMALLEST_NUMBER, LARGEST_NUMBER = 1e-15, 1e15
 
 

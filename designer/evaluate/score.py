@@ -44,7 +44,6 @@ from designer.optics.conversions import Shape
 from designer.optics.image_law import image_law_of, widest_half_tangent
 from designer.optics.view import elevation_tangents_of_views, half_angle_tangent
 
-# Powers and products of numbers within these sizes stay finite.
 # Standard deviation of a number rounded to the nearest whole one.
 ROUNDING_NOISE_PX = 1.0 / math.sqrt(12.0)
 

@@ -122,7 +122,9 @@ def _file(solid: Any, name: str) -> bytes:
     Interface_Static.SetCVal_s("write.step.product.name", _PART)
     writer.Transfer(solid, STEPControl_AsIs)
     # A running number would make every file of the same design another one.
-    return re.sub(rb"'%b \d+'" % _PART.encode("ascii"), f"'{_shown(name)}'".encode("ascii"), _written(writer, name))
+    return re.sub(
+        rb"'%b \d+'" % _PART.encode("ascii"), f"'{_shown(name)}'".encode("ascii"), _written(writer, f"mirror {name}")
+    )
 
 
 def _assembly(solids: dict[str, Any]) -> bytes:
@@ -151,7 +153,7 @@ def _assembly(solids: dict[str, Any]) -> bytes:
     writer.Transfer(document)
     # The kernel numbers the parts that it has placed so far, those of other files too.
     numbers = itertools.count(1)
-    return _PLACED.sub(lambda _: b"%d" % next(numbers), _written(writer, ASSEMBLY))
+    return _PLACED.sub(lambda _: b"%d" % next(numbers), _written(writer, "the assembly"))
 
 
 def _shown(name: str) -> str:

@@ -166,8 +166,8 @@ def test_numbers_of_no_optics_are_not_exported(place: tuple[Key, ...], value: fl
     assert f"{'.'.join(map(str, place))} = {value:g}: must be zero or from 1e-15 to 1e+15" in result.stderr
 
 
-def test_a_mirror_that_is_a_sphere_to_the_last_digit_has_tables_and_sheets(tmp_path: Path):
-    """Its foci, taken apart, would fall together."""
+def test_the_smallest_conic_constant_let_through_has_tables_and_a_shape(tmp_path: Path):
+    """The foci of what is nearer to a sphere fall together."""
     record = copy.deepcopy(DESIGNS[0])
     mirror = next(mirror for mirror in record["mirrors"] if mirror["kind"] != "plane")
     mirror.update(kind="ellipsoid", conic=-1e-15, radius_mm=3.0 * mirror["outer_radius_mm"])

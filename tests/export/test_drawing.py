@@ -232,7 +232,7 @@ def test_hatching_stays_inside_its_outline() -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"name": "Assembly"}, "the assembly.s file has this name"),
+        ({"name": "Assembly"}, "the assembly's file has this name"),
         ({"outer_radius_mm": 1e7}, "drawn"),
         ({"radius_mm": 1e200}, "drawn"),
     ],
