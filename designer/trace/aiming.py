@@ -101,7 +101,7 @@ def project(design: Design, view_name: str, distances_mm: ArrayLike, heights_mm:
     instrument = build_instrument(design)
     side = 1.0 if view.gain > 0.0 else -1.0
     distances, heights = np.broadcast_arrays(np.asarray(distances_mm, float), np.asarray(heights_mm, float))
-    return _aim(instrument, instrument.path(view.path), side * distances, heights, widest_pinhole_angle(design))
+    return aim_at_points(instrument, instrument.path(view.path), side * distances, heights, widest_pinhole_angle(design))
 
 
 def exit_lines(instrument: Instrument, path: tuple[int, ...], psi: Array) -> tuple[Array, Array]:
@@ -110,8 +110,13 @@ def exit_lines(instrument: Instrument, path: tuple[int, ...], psi: Array) -> tup
     return trace.point.T[[0, 2]], trace.direction.T[[0, 2]]
 
 
-def _aim(instrument: Instrument, path: tuple[int, ...], positions: Array, heights: Array, widest: float) -> Array:
-    """Pinhole angles whose exit rays pass through points (signed distance from the axis, height)."""
+def aim_at_points(
+    instrument: Instrument, path: tuple[int, ...], positions: Array, heights: Array, widest: float
+) -> Array:
+    """Pinhole angles (n,) up to ``widest`` whose exit rays pass through points (signed distance from the axis, height).
+
+    Apertures and blockage are ignored, and no single viewpoint is needed. NaN where no ray goes.
+    """
 
     def excess(psi: Array) -> Array:
         """Angle from the exit ray to the line from its start to the point."""
