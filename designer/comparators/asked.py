@@ -14,13 +14,12 @@ from designer.evaluate.predicted_noise import Conditions
 from designer.optimise.limit import conditions_of, volume_of
 from designer.optimise.required_numbers import Specification, specification_of
 from designer.requirement import Lens, Requirement
-from designer.trace.arrays import Array
 from designer.trace.image_law import pinhole_angle
 
 Bounds = tuple[float, float]
 SMALLEST_BASELINE = 0.02
 """The baseline may be smaller than what is asked for, down to this share, where that is all an envelope can hold."""
-FREE_HEIGHTS = 4.0
+FREE_SIZES = 4.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,10 +50,14 @@ class Asked:
             (SMALLEST_BASELINE * greatest, greatest),
         )
 
-    def without_height(self) -> Asked:
-        """The same in an envelope as high as need be, with the baseline that is asked for."""
-        higher = replace(self.specification, envelope_height=FREE_HEIGHTS * self.specification.envelope_height)
-        return replace(self, specification=higher, baselines=self.requirement.baseline_range_mm)
+    def without_envelope(self) -> Asked:
+        """The same in an envelope as large as need be, with the baseline that is asked for."""
+        larger = replace(
+            self.specification,
+            envelope_height=FREE_SIZES * self.specification.envelope_height,
+            envelope_diameter=FREE_SIZES * self.specification.envelope_diameter,
+        )
+        return replace(self, specification=larger, baselines=self.requirement.baseline_range_mm)
 
     @property
     def middle_slope(self) -> float:

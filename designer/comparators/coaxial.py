@@ -51,9 +51,7 @@ class Coaxial:
     @property
     def largest_blur_px(self) -> float:
         """Largest diameter of the blur on the sensor."""
-        return max(
-            float(np.max(each.zone.blur_mm)) / each.view.camera.pixel_pitch_mm for each in self.views.values()
-        )
+        return max(float(np.max(each.zone.blur_mm)) / each.view.camera.pixel_pitch_mm for each in self.views.values())
 
     @property
     def largest_blur_deg(self) -> float:
@@ -90,13 +88,9 @@ def error_of(asked: Asked, rig: Rig) -> float:
     return depth_error_rms(rig, asked.volume, asked.conditions, float(asked.specification.scale_uncertainty))
 
 
-def zones_of(asked: Asked, rig: Rig) -> dict[ViewName, Zone]:
-    """The zones that both views of a rig of coaxial views need."""
-    found: dict[ViewName, Zone] = {}
-    for name, view in (("lower", rig.lower), ("upper", rig.upper)):
-        assert isinstance(view, CoaxialView)
-        found[name] = zone_of(view, asked.volume, rig.middle_mm)
-    return found
+def zones_of(asked: Asked, views: Mapping[ViewName, CoaxialView], middle: float) -> dict[ViewName, Zone]:
+    """The zones that views need of the working volume, seen from the middle of the baseline."""
+    return {name: zone_of(view, asked.volume, middle) for name, view in views.items()}
 
 
 def spares_of_view(asked: Asked, camera: Camera, face: Face, zone: Zone, mirror: Mirror) -> list[float]:
@@ -150,10 +144,12 @@ def one_camera(
     border
         The radius at which the lower mirror ends and the upper one begins, if both are of one piece.
     """
-    rig = Rig(view_by(camera, faces["lower"]), view_by(camera, faces["upper"]), sum(viewpoints) / 2.0)
-    zones = zones_of(asked, rig)
+    views = {name: view_by(camera, face) for name, face in faces.items()}
+    rig = Rig(views["lower"], views["upper"], sum(viewpoints) / 2.0)
+    zones = zones_of(asked, views, rig.middle_mm)
     try:
-        lower, upper = (cut_to(asked, name, faces[name], zones[name]) for name in ("lower", "upper"))
+        lower = cut_to(asked, "lower", faces["lower"], zones["lower"])
+        upper = cut_to(asked, "upper", faces["upper"], zones["upper"])
         if border is not None:
             lower = lower.model_copy(update={"outer_radius_mm": border})
             upper = upper.model_copy(update={"inner_radius_mm": border})
@@ -161,7 +157,6 @@ def one_camera(
         return None
     mirrors = (lower, upper)
     bottom, top = heights_of(mirrors)
-    views = {"lower": rig.lower, "upper": rig.upper}
     return Coaxial(
         heads=(Head(camera, mirrors),),
         views={name: PlacedView(0, name, view, zones[name]) for name, view in views.items()},

@@ -1,7 +1,7 @@
 """Depth error of any two views, from traced rays of the same scene point (docs/comparators.md).
 
 At a horizontal distance D the rays of the two views pass heights h_l and h_u; the point lies where both are equal. A
-match that is off by dr in a view displaces its ray by dr / a there, with a = dr/dh at that distance, and so the point by
+match that is off by dr in a view displaces its ray by dr / a there, with a = dr/dh at that distance, and the point by
 
     dD = -(dr_l / a_l - dr_u / a_u) / (m_l - m_u)
 

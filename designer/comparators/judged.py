@@ -101,7 +101,7 @@ def _blur_problems(asked: Asked, head: Head, placed: PlacedView, bundles: Bundle
     zone = placed.zone
     closed = zone.blur_mm[[0, len(zone.psi) // 2, -1]]
     slack = BLUR_TOLERANCE_PX * camera.pixel_pitch_mm
-    # The pencils' blur, the larger of both planes, has been held to the limits; that of the whole pupil must not exceed it.
+    # The pencils' blur, the larger of both planes, has been held to the limits; the whole pupil's must not exceed it.
     if np.all(blur <= closed * (1.0 + BLUR_TOLERANCE) + slack):
         return []
     worst = float(np.nanmax(blur - closed)) / camera.pixel_pitch_mm

@@ -64,9 +64,10 @@ def _measure(asked: Asked, values: Array) -> Measured[Coaxial] | None:
     border = float(inner.point(np.tan(psi_border / 2.0))[0])
     viewpoints = (viewpoint, viewpoint_through(gains[1], psi_border, border))
     faces: dict[ViewName, Face] = {
-        name: hyperboloid(gain, height) for name, gain, height in zip(("lower", "upper"), gains, viewpoints, strict=True)
+        "lower": hyperboloid(gains[0], viewpoints[0]),
+        "upper": hyperboloid(gains[1], viewpoints[1]),
     }
-    if not 0.0 < border or not viewpoints[0] < viewpoints[1]:
+    if not border > 0.0 or not viewpoints[0] < viewpoints[1]:
         return None
     camera = asked.camera(of_lens)
     built = one_camera(asked, camera, faces, viewpoints, border)
@@ -89,4 +90,4 @@ def _measure(asked: Asked, values: Array) -> Measured[Coaxial] | None:
         asked.baselines[1] - built.baseline_mm,
         *spares_of_size(asked, built),
     ]
-    return Measured(built, error_of(asked, built.rig), built.height_mm, all_of(spares))
+    return Measured(built, error_of(asked, built.rig), built.height_mm, built.diameter_mm, all_of(spares))

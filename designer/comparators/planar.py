@@ -21,8 +21,8 @@ from designer.comparators.coaxial import SPARE, TENTHS_OF_A_DEGREE, error_of
 from designer.comparators.errors import Azimuth, Rig
 from designer.comparators.head import camera_with
 from designer.comparators.planar_view import Flat, PlanarView
-from designer.comparators.sight import blur_disc
 from designer.comparators.search import Measured, Space
+from designer.comparators.sight import blur_disc
 from designer.design import Camera
 from designer.trace.arrays import Array
 from designer.trace.first_hit import Status, trace_first_hits
@@ -41,9 +41,9 @@ WIDEST = 1.0
 class Beam:
     """The light of one view, at the corners (n,) of what it must see.
 
-    ``places`` (n, 2) are image places, ``hits`` (n, 3) points on the mirror, ``ahead`` and ``leaving`` (n, 3) directions
-    before and behind it, ``width`` (n,) half-widths of the light at the mirror, ``blur_mm`` (n,) and ``blur_rad`` (n,)
-    diameters of the blur.
+    ``places`` (n, 2) are image places, ``hits`` (n, 3) points on the mirror, ``ahead`` and ``leaving`` (n, 3)
+    directions before and behind it, ``width`` (n,) half-widths of the light at the mirror, ``blur_mm`` and ``blur_rad``
+    (n,) diameters of the blur.
     """
 
     places: Array
@@ -150,10 +150,10 @@ def spaces(asked: Asked) -> Iterator[Space[Planar]]:
 
 def put_together(asked: Asked, values: Array) -> Planar:
     """The camera with both mirrors, each as large as its light needs."""
-    *angles_and_heights, axis, half_azimuth, focal_length, reciprocal_focus, f_number = (float(value) for value in values)
+    *of_mirrors, axis, half_azimuth, focal_length, reciprocal_focus, f_number = (float(value) for value in values)
     lens = asked.lens.model_copy(update={"projection": "perspective", "distortion": ()})
     camera = camera_with(asked.requirement, lens, focal_length, reciprocal_focus, f_number)
-    angles, heights = angles_and_heights[:2], angles_and_heights[2:]
+    angles, heights = of_mirrors[:2], of_mirrors[2:]
     flats = [_flat(angle, height, asked.middle_slope) for angle, height in zip(angles, heights, strict=True)]
     lower, upper = (PlanarView(camera, flat, flat.instrument(camera), axis) for flat in flats)
     viewpoints = np.stack([lower.viewpoint, upper.viewpoint])
@@ -275,7 +275,7 @@ def _measure(asked: Asked, upper_side: float, values: Array) -> Measured[Planar]
         # Off its axis a camera counts, since it stands out sideways.
         float(specification.envelope_diameter) / 2.0 - abs(built.views[0].axis) - camera.body_radius_mm,
     ]
-    return Measured(built, error_of(asked, built.rig), built.height_mm, np.array(spares) - SPARE)
+    return Measured(built, error_of(asked, built.rig), built.height_mm, built.diameter_mm, np.array(spares) - SPARE)
 
 
 def _beside(beam: Beam, section: Array, side: float, width: float) -> float:
@@ -326,14 +326,15 @@ def problems_of(asked: Asked, built: Planar) -> list[str]:
         starts = np.repeat(pupil, len(points), axis=0)
         seen = np.tile(view.flat.seen(points), (len(pupil), 1))
         ahead = (seen - starts) / np.linalg.norm(seen - starts, axis=1)[:, None]
+        beside = _other(built, view)
         own, elsewhere = (
-            trace_sequential(each.instrument, (0,), ahead, starts, apertures=False) for each in (view, _other(built, view))
+            trace_sequential(each.instrument, (0,), ahead, starts, apertures=False) for each in (view, beside)
         )
-        missed = ~plate.holds(own.point)
+        missed = np.logical_not(plate.holds(own.point))
         nearer = np.linalg.norm(elsewhere.point - starts, axis=1) < np.linalg.norm(own.point - starts, axis=1)
         blocked = nearer & other.holds(elsewhere.point)
         left = trace_first_hits(view.instrument, own.direction, own.point, starts_in_lens=False)
-        again = trace_sequential(_other(built, view).instrument, (0,), own.direction, own.point, apertures=False)
+        again = trace_sequential(beside.instrument, (0,), own.direction, own.point, apertures=False)
         caught = np.isfinite(again.point[:, 0]) & other.holds(again.point)
         for what, lost in (
             ("miss its mirror", missed),

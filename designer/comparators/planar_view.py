@@ -85,7 +85,7 @@ class PlanarView:
         )
 
     def traced(self, places: Array) -> tuple[Array, Array, Array]:
-        """Directions at the pinhole, points on the mirror, directions behind it, (n, 3) each, of image places (n, 2)."""
+        """Directions at the pinhole, points on the mirror, directions behind it, (n, 3), of image places (n, 2)."""
         x, y = plane_slopes(self.camera, places[:, 0], places[:, 1])
         ahead = np.stack([x, y, np.ones_like(x)], axis=-1)
         ahead /= np.linalg.norm(ahead, axis=1)[:, None]

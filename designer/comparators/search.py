@@ -1,8 +1,8 @@
 """A small search of its own for each comparator: random starts, then sequential quadratic programming.
 
 Values are scaled to 0..1 within their bounds. A start counts by what it violates; the least violating ones are
-improved. The first search minimises depth error, a second one height within a tolerance of it; or the reverse, for what
-has to be as small as it can be.
+improved. The first search minimises depth error, a second one height within a tolerance of it; or other goals than
+these two.
 """
 
 from __future__ import annotations
@@ -30,12 +30,18 @@ Trial = TypeVar("Trial")
 
 @dataclass(frozen=True, slots=True)
 class Measured(Generic[Trial]):
-    """One trial: what was put together, its depth error, its height in mm, and what must not be negative (m,)."""
+    """One trial: what was put together, its depth error, its size in mm, and what must not be negative (m,)."""
 
     built: Trial
     error: float
     height: float
+    diameter: float
     spare: Array
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether every number is one."""
+        return bool(np.isfinite([self.error, self.height, self.diameter, *self.spare]).all())
 
     @property
     def violation(self) -> float:
@@ -86,23 +92,22 @@ def search(
             values[free] += np.clip(point, 0.0, 1.0) * (high - low)[free]
             with np.errstate(all="ignore"):
                 found = space.measure(values)
-            is_usable = found is not None and np.isfinite([found.error, found.height, *found.spare]).all()
-            cache[key] = found if is_usable else None
+            cache[key] = found if found is not None and found.is_finite else None
         return cache[key]
 
     points = qmc.Sobol(int(free.sum()), seed=seed).random(SCREENED)
     starts = [(found.violation, place) for place, point in enumerate(points) if (found := measured(point)) is not None]
     ends = [_best_from(measured, points[place], first) for _, place in sorted(starts)[:IMPROVED]]
-    ranked = sorted(filter(None, ends), key=lambda end: _order(end[1], first))
+    ranked = sorted((end for end in ends if end is not None), key=lambda end: _order(end[1], first))
     if not ranked:
         return []
     best_point, best = ranked[0]
-    found = [trial for _, trial in ranked]
+    trials = [trial for _, trial in ranked]
     if best.violation <= KEPT:
         second = _improved(measured, best_point, then, (first, (1.0 + tolerance) * first(best)))
         if second is not None and second[1].violation <= KEPT and then(second[1]) < then(best):
-            found.insert(0, second[1])
-    return found
+            trials.insert(0, second[1])
+    return trials
 
 
 def _best_from(
@@ -119,9 +124,7 @@ def _best_from(
     return inside if again is None or again[1].violation > KEPT else again
 
 
-def _feasible(
-    measured: Callable[[Array], Measured[Trial] | None], start: Array
-) -> tuple[Array, Measured[Trial]]:
+def _feasible(measured: Callable[[Array], Measured[Trial] | None], start: Array) -> tuple[Array, Measured[Trial]]:
     """The point of the least violation that the solver reaches: one more variable, what every constraint lacks."""
     first = measured(start)
     assert first is not None
@@ -131,16 +134,10 @@ def _feasible(
         trial = measured(extended[:-1])
         return np.full(len(first.spare), -NOWHERE) if trial is None else trial.spare + lack * extended[-1]
 
-    solved = minimize(
-        lambda extended: float(extended[-1]),
-        np.append(start, 1.0),
-        method="SLSQP",
-        bounds=[(0.0, 1.0)] * len(start) + [(-0.01, 1.0)],
-        constraints=[{"type": "ineq", "fun": spare}],
-        options={"maxiter": ITERATIONS, "ftol": 1e-7, "eps": STEP},
-    )
-    end = measured(solved.x[:-1])
-    return (start, first) if end is None or end.violation > first.violation else (np.asarray(solved.x[:-1]), end)
+    bounds = [(0.0, 1.0)] * len(start) + [(-0.01, 1.0)]
+    reached = _solved(lambda extended: float(extended[-1]), spare, np.append(start, 1.0), bounds)[:-1]
+    end = measured(reached)
+    return (start, first) if end is None or end.violation > first.violation else (reached, end)
 
 
 def _order(trial: Measured[Trial], goal: Goal) -> tuple[bool, float]:
@@ -170,13 +167,19 @@ def _improved(
             return np.full(count, -NOWHERE)
         return trial.spare if bound is None else np.append(trial.spare, 1.0 - bound[0](trial) / bound[1])
 
-    solved = minimize(
-        value,
-        start,
-        method="SLSQP",
-        bounds=[(0.0, 1.0)] * len(start),
-        constraints=[{"type": "ineq", "fun": spare}],
-        options={"maxiter": ITERATIONS, "ftol": 1e-7, "eps": STEP},
-    )
-    end = measured(solved.x)
-    return None if end is None else (np.asarray(solved.x), end)
+    reached = _solved(value, spare, start, [(0.0, 1.0)] * len(start))
+    end = measured(reached)
+    return None if end is None else (reached, end)
+
+
+def _solved(
+    value: Callable[[Array], float],
+    spare: Callable[[Array], Array],
+    start: Array,
+    bounds: Sequence[tuple[float, float]],
+) -> Array:
+    """Where sequential quadratic programming, with derivatives by differences, ends."""
+    options: Any = {"maxiter": ITERATIONS, "ftol": 1e-7, "eps": STEP}
+    kept: Any = [{"type": "ineq", "fun": spare}]
+    solved = minimize(value, start, method="SLSQP", bounds=bounds, constraints=kept, options=options)
+    return np.asarray(solved.x, dtype=float)

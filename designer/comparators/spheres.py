@@ -83,4 +83,4 @@ def _measure(asked: Asked, topology: Topology, values: Array) -> Measured[Coaxia
         upper.vertex_mm - lower.vertex_mm,
         *spares_of_size(asked, built),
     ]
-    return Measured(built, error_of(asked, built.rig), built.height_mm, all_of(spares))
+    return Measured(built, error_of(asked, built.rig), built.height_mm, built.diameter_mm, all_of(spares))

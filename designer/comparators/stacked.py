@@ -37,8 +37,9 @@ from designer.comparators.head import (
     turned_over,
 )
 from designer.comparators.search import Measured, Space
+from designer.comparators.sight import CoaxialView
 from designer.comparators.zones import distance_between, passes_above, passes_below, rims_of
-from designer.design import Camera, Mirror
+from designer.design import Camera, Mirror, ViewName
 from designer.trace.arrays import Array
 
 SMALLEST_ANGLE = 0.02
@@ -79,13 +80,12 @@ def put_together(asked: Asked, is_inverted: bool, values: Array) -> Coaxial | No
         return None
     baseline = float(values[-1])
     height = lower.viewpoint + baseline + (upper.viewpoint if is_inverted else -upper.viewpoint)
-    rig = Rig(
-        view_by(lower.camera, lower.face),
-        view_by(upper.camera, upper.face, height, is_inverted),
-        lower.viewpoint + baseline / 2.0,
-        has_one_camera=False,
-    )
-    zones = zones_of(asked, rig)
+    views: dict[ViewName, CoaxialView] = {
+        "lower": view_by(lower.camera, lower.face),
+        "upper": view_by(upper.camera, upper.face, height, is_inverted),
+    }
+    rig = Rig(views["lower"], views["upper"], lower.viewpoint + baseline / 2.0, has_one_camera=False)
+    zones = zones_of(asked, views, rig.middle_mm)
     try:
         mirrors = {
             "lower": cut_to(asked, "lower", lower.face, zones["lower"]),
@@ -110,8 +110,8 @@ def put_together(asked: Asked, is_inverted: bool, values: Array) -> Coaxial | No
             Head(upper.camera, (mirrors["upper"], *seen_from_above)),
         ),
         views={
-            "lower": PlacedView(0, "lower", rig.lower, zones["lower"]),
-            "upper": PlacedView(1, "upper", rig.upper, zones["upper"]),
+            "lower": PlacedView(0, "lower", views["lower"], zones["lower"]),
+            "upper": PlacedView(1, "upper", views["upper"], zones["upper"]),
         },
         rig=rig,
         baseline_mm=baseline,
@@ -135,10 +135,11 @@ def _measure(asked: Asked, is_inverted: bool, values: Array) -> Measured[Coaxial
     keep = float(asked.specification.clearance)
     spares: list[float] = []
     half = (len(values) - 1) // 2
-    for name, part, up in (
-        ("lower", values[:half], 1.0),
-        ("upper", values[half:-1], -1.0 if is_inverted else 1.0),
-    ):
+    parts: dict[ViewName, tuple[Array, float]] = {
+        "lower": (values[:half], 1.0),
+        "upper": (values[half:-1], -1.0 if is_inverted else 1.0),
+    }
+    for name, (part, up) in parts.items():
         placed, unit = built.views[name], _unit(asked, part, up)
         assert unit is not None
         own, *others = built.heads[placed.head].mirrors
@@ -153,7 +154,7 @@ def _measure(asked: Asked, is_inverted: bool, values: Array) -> Measured[Coaxial
             *(_order_of(own, other, is_above) - keep for other in others),
         ]
     spares += spares_of_size(asked, built)
-    return Measured(built, error_of(asked, built.rig), built.height_mm, all_of(spares))
+    return Measured(built, error_of(asked, built.rig), built.height_mm, built.diameter_mm, all_of(spares))
 
 
 def _order_of(own: Mirror, other: Mirror, is_above: bool) -> float:

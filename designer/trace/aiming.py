@@ -101,7 +101,9 @@ def project(design: Design, view_name: str, distances_mm: ArrayLike, heights_mm:
     instrument = build_instrument(design)
     side = 1.0 if view.gain > 0.0 else -1.0
     distances, heights = np.broadcast_arrays(np.asarray(distances_mm, float), np.asarray(heights_mm, float))
-    return aim_at_points(instrument, instrument.path(view.path), side * distances, heights, widest_pinhole_angle(design))
+    return aim_at_points(
+        instrument, instrument.path(view.path), side * distances, heights, widest_pinhole_angle(design)
+    )
 
 
 def exit_lines(instrument: Instrument, path: tuple[int, ...], psi: Array) -> tuple[Array, Array]:

@@ -4,24 +4,26 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.shipped_problems import requirement_as_shipped
-from support.studied_designs import NAMES, SHARP_NAMES, sharp_design, studied_design
 
 from designer.comparators.errors import Rig, depth_error_rms, relative_errors
 from designer.comparators.sight import CoaxialView
 from designer.design import Design, ViewName
 from designer.evaluate.depth import (
     depth_error_map,
-    depth_error_rms as closed_form_rms,
     noise_mm_of,
     stereo_pair_of,
     volume_of,
+)
+from designer.evaluate.depth import (
+    depth_error_rms as closed_form_rms,
 )
 from designer.evaluate.predicted_noise import Conditions, noise_model
 from designer.optics.focus import lens_of_camera, light_path_of_design
 from designer.optimise.limit import conditions_of
 from designer.optimise.required_numbers import specification_of
 from designer.trace.instrument import build_instrument
+from support.shipped_problems import requirement_as_shipped
+from support.studied_designs import NAMES, SHARP_NAMES, sharp_design, studied_design
 
 
 def rig_of(design: Design) -> Rig:
@@ -85,7 +87,9 @@ def test_two_cameras_have_independent_scales() -> None:
     pair = stereo_pair_of(design)
     assert shared == pytest.approx(float(depth_error_map(pair, elevation, distance, 1e-9, 1e-3)[0]), rel=1e-6)
     # Each view alone shifts its slope by epsilon cos(psi) sqrt(1 + m^2): docs/theory.md, section 5.
-    sights = [view.sight(distance, rig.middle_mm + distance * np.tan(elevation), 0.0) for view in (rig.lower, rig.upper)]
+    sights = [
+        view.sight(distance, rig.middle_mm + distance * np.tan(elevation), 0.0) for view in (rig.lower, rig.upper)
+    ]
     shifts = [1e-3 * np.cos(sight.psi[0]) * np.sqrt(1.0 + sight.slope[0] ** 2) for sight in sights]
     assert apart == pytest.approx(float(np.hypot(*shifts)) * distance[0] / design.baseline_mm, rel=1e-6)
     assert apart > 5.0 * shared
