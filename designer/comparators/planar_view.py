@@ -106,15 +106,13 @@ class PlanarView:
         outwards = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
         sideways = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
 
-        def passed(at: Array) -> Array:
-            """Height and sideways place (n, 2) at which rays pass the points' distance."""
-            _, start, ahead = self.traced(at)
-            reach = np.sum((targets - start) * outwards, axis=1) / (ahead @ outwards)
-            end = start + reach[:, None] * ahead
-            return np.stack([end[:, 2], end @ sideways], axis=-1)
-
-        steps = STEP_MM * np.eye(2)
-        rates = np.stack([(passed(places + step) - passed(places - step)) / (2.0 * STEP_MM) for step in steps], axis=-1)
+        # Height and sideways place at which rays beside the points' own pass their distance.
+        steps = STEP_MM * np.array([[[1.0, 0.0]], [[-1.0, 0.0]], [[0.0, 1.0]], [[0.0, -1.0]]])
+        _, start, ahead = (part.reshape(4, -1, 3) for part in self.traced((places + steps).reshape(-1, 2)))
+        reach = (targets - start) @ outwards / (ahead @ outwards)
+        end = start + reach[..., None] * ahead
+        passed = np.stack([end[..., 2], end @ sideways], axis=-1)
+        rates = np.stack([passed[0] - passed[1], passed[2] - passed[3]], axis=-1) / (2.0 * STEP_MM)
         ahead, start, leaving = self.traced(places)
         length = np.linalg.norm(start, axis=1) + np.linalg.norm(targets - start, axis=1)
         psi = np.arccos(ahead[:, 2])

@@ -17,7 +17,7 @@ from scipy.stats import qmc
 
 from designer.trace.arrays import Array
 
-SCREENED, IMPROVED = 256, 4
+SCREENED, IMPROVED = 128, 3
 ITERATIONS = 60
 # Constraints, in mm or pixels or shares, count as kept to this.
 KEPT = 1e-6

@@ -93,7 +93,8 @@ class CoaxialView:
         psi = aim_at_points(self.instrument, self.path, positions, own, widest_angle(self.camera))
 
         def heights_at(angles: Array) -> Array:
-            (start_r, start_z), (ahead_r, ahead_z) = exit_lines(self.instrument, self.path, angles)
+            start, ahead = exit_lines(self.instrument, self.path, angles.ravel())
+            (start_r, start_z), (ahead_r, ahead_z) = (part.reshape(2, *angles.shape) for part in (start, ahead))
             return np.asarray(start_z + (positions - start_r) * ahead_z / ahead_r)
 
         with np.errstate(all="ignore"):
@@ -136,10 +137,10 @@ def blur_disc(camera: Camera, psi: Array, reciprocal_image: Array) -> Array:
 
 
 def derivative(value_at: Callable[[Array], Array], angles: Array) -> Array:
-    """d(value)/d(angle) at angles (n,)."""
-    wide, narrow = (
-        (value_at(angles + step) - value_at(angles - step)) / (2.0 * step) for step in (STEP_RAD, STEP_RAD / 2.0)
-    )
+    """d(value)/d(angle) at angles (n,), of a function that is called once, with all the angles it needs (4, n)."""
+    steps = STEP_RAD * np.array([[1.0], [-1.0], [0.5], [-0.5]])
+    ahead, behind, half_ahead, half_behind = value_at(angles + steps)
+    wide, narrow = (ahead - behind) / (2.0 * STEP_RAD), (half_ahead - half_behind) / STEP_RAD
     return np.asarray((4.0 * narrow - wide) / 3.0)
 
 

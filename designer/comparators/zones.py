@@ -93,8 +93,8 @@ def _zone(view: CoaxialView, psi: Array, distances: Array) -> Zone:
     ]
 
     def elevation_at(angles: Array) -> Array:
-        trace = trace_sequential(view.instrument, view.path, pinhole_directions(angles), apertures=False)
-        return elevation_angles(trace.direction)
+        trace = trace_sequential(view.instrument, view.path, pinhole_directions(angles.ravel()), apertures=False)
+        return elevation_angles(trace.direction).reshape(angles.shape)
 
     radial = derivative(lambda angles: image_radius(camera, angles), psi) / derivative(elevation_at, psi)
     widths = np.abs(1.0 - chief.first_leg[:, None] * images.tangential)
