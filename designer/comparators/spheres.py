@@ -2,7 +2,7 @@
 
 The idea is Nayar's sphereo (Proc. SPIE 1005, 245, 1989): two spheres side by side before one camera. Side by side they
 hide each other and leave no baseline along the line through both, so that a panorama needs them one above the other, as
-the spherical lobes of Southwell, Basu, Fiala and Reyda (ICPR 1996) are. A sphere has no foci: each view is a caustic.
+the lobes of Southwell, Basu, Fiala and Reyda (ICPR 1996) are. A sphere has no foci: each view is a caustic.
 """
 
 from __future__ import annotations

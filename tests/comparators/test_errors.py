@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -36,23 +38,13 @@ def rig_of(design: Design) -> Rig:
     return Rig(view("lower"), view("upper"), design.views.middle_mm)
 
 
+def conditions_for(requirement_name: str) -> Conditions:
+    requirement = requirement_as_shipped(requirement_name)
+    return conditions_of(specification_of(requirement, requirement.camera.lenses[0]))
+
+
 def constant_noise(noise_mm: float) -> Conditions:
-    specification = specification_of(requirement_as_shipped("indoor_robot"), _lens())
-    conditions = conditions_of(specification)
-    return Conditions(
-        noise_mm,
-        0.0,
-        conditions.pixel_pitch,
-        conditions.wavelength,
-        conditions.mirror_reflectivity,
-        conditions.texture,
-        conditions.light,
-        conditions.matching,
-    )
-
-
-def _lens():
-    return requirement_as_shipped("indoor_robot").camera.lenses[0]
+    return replace(conditions_for("indoor_robot"), constant=noise_mm, predicted_share=0.0)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -68,7 +60,7 @@ def test_two_traced_rays_give_the_score_of_single_viewpoints(name: str) -> None:
 def test_predicted_noise_needs_no_closed_form_of_the_blur(name: str) -> None:
     design = sharp_design(name)
     pair, volume = stereo_pair_of(design), volume_of(design)
-    conditions = conditions_of(specification_of(requirement_as_shipped(name.split(":")[0]), _lens()))
+    conditions = conditions_for(name.split(":")[0])
     paths = {view: light_path_of_design(design, view) for view in ("lower", "upper")}
     predicted = noise_model(conditions, pair, lens_of_camera(design.camera), paths)
     traced = depth_error_rms(rig_of(design), volume, conditions, 0.0)
