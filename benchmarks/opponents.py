@@ -152,7 +152,7 @@ def _plain(instance: Instance) -> Values:
         residuals = [np.ravel(item.value)[0] / item.scale for item in problem.constraints(system)]
         light, bodies = separations(system.layout, pair_up(system.layout))
         spare = [
-            1.0 if direction == FAR else along[direction, row, 0] - problem.specification.clearance
+            1.0 if direction == FAR else along[direction, row, 0] - problem.specification.asked.manufacture.clearance_mm
             for directions, along in ((choice.legs, light), (choice.solids, bodies))
             for row, direction in enumerate(directions)
         ]

@@ -94,7 +94,8 @@ def goal_scales(problem: Problem) -> tuple[float, ...]:
         {name: (bounds.low + bounds.high) / 2.0 for name, bounds in problem.bounds.items()}
     )
     limit = float(limit_of(problem.variant, specification, middle["baseline"], middle["principal_distance"]))
-    sizes = TypicalSizes(limit, specification.envelope_height, specification.envelope_diameter)
+    envelope = specification.asked.envelope
+    sizes = TypicalSizes(limit, envelope.height_mm, envelope.diameter_mm)
     return tuple(goal.typical_size(sizes) for goal in GOALS.values())
 
 

@@ -22,11 +22,11 @@ def why_impossible(variant: Variant, specification: Specification, free: FreeRan
     slope s that a mirror of radius R reflects lies at most abs(s) R above or below the viewpoint there, so the envelope
     limits the baseline.
     """
-    baseline = min(free.baseline)
+    baseline, envelope = min(free.baseline), specification.asked.envelope
     if baseline > (largest := _largest_baseline(specification, baseline)):
         return (
-            f"mirrors {specification.mirror_diameter:g} mm wide in an envelope {specification.envelope_height:g} mm "
-            f"high have viewpoints at most {largest:.4g} mm apart, but the baseline must be {baseline:g} mm"
+            f"mirrors {envelope.mirror_diameter_mm:g} mm wide in an envelope {envelope.height_mm:g} mm high "
+            f"have viewpoints at most {largest:.4g} mm apart, but the baseline must be {baseline:g} mm"
         )
     kinds = variant.configuration.mirror_kinds
     for view in ("lower", "upper"):
@@ -137,9 +137,10 @@ def _why_view_conflicts(configuration: Configuration, view: str, given: Mapping[
 
 def _largest_baseline(specification: Specification, baseline: float) -> float:
     """The most that the viewpoints can be apart if the views cover what they must at a baseline, in mm."""
+    envelope = specification.asked.envelope
     spans = (_span_deg(specification, baseline, view) for view in ("lower", "upper"))
     least_slopes = (math.tan(math.radians(max(low, -high, 0.0))) for low, high in spans)
-    return float(specification.envelope_height + sum(least_slopes) * specification.mirror_diameter / 2.0)
+    return envelope.height_mm + sum(least_slopes) * envelope.mirror_diameter_mm / 2.0
 
 
 def _span_deg(specification: Specification, baseline: float, view: str) -> tuple[float, float]:

@@ -43,7 +43,7 @@ def limit_of(variant: Variant, specification: Specification, baseline: Scalar, p
 
 def conditions_of(specification: Specification) -> Conditions:
     """What the noise is predicted for."""
-    far = specification.distance_far
+    _, far = specification.distances
     return Conditions(
         specification.noise,
         specification.predicted_share,
@@ -58,7 +58,4 @@ def conditions_of(specification: Specification) -> Conditions:
 
 def volume_of(specification: Specification) -> Volume:
     """The working volume of a requirement's numbers."""
-    return Volume(
-        (specification.elevation_low, specification.elevation_high),
-        (specification.distance_near, specification.distance_far),
-    )
+    return Volume(specification.elevations, specification.distances)

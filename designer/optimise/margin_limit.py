@@ -9,6 +9,7 @@ import numpy as np
 from designer.evaluate.depth import Volume
 from designer.evaluate.limit import Arrangement, ImageBounds, arrangement_of
 from designer.evaluate.margin_limit import FirstMirrors, MirrorBounds, margin_gains, margin_limit
+from designer.optics.backend import radians
 from designer.optimise.limit import volume_of
 from designer.optimise.problem import Problem
 
@@ -40,6 +41,7 @@ def _with_margins(
     problem: Problem, baseline: float, setting: LensSetting
 ) -> tuple[Arrangement, FirstMirrors, Volume, float, float, ImageBounds, MirrorBounds]:
     variant, specification, fixed = problem.variant, problem.specification, dict(problem.fixed)
+    envelope, manufacture = specification.asked.envelope, specification.asked.manufacture
     configuration, fold = variant.configuration, variant.fold
     signs = dict(variant.direct_gain_signs)
     if fold is None:
@@ -48,15 +50,15 @@ def _with_margins(
         # Beside a plane primary the secondary has the gain of the pair, which is below 1.
         bends = (fold.gain_sign * np.inf,) if fold.primary_is_plane else fold.inverse_gains
         mirrors = FirstMirrors(signs["direct"], None, max(bends) > 1.0, min(bends) < 1.0)
-    front, thickness = float(specification.lens_front), float(specification.substrate_thickness)
+    front, thickness = float(specification.lens_front), float(manufacture.substrate_thickness_mm)
     beside_axis = float(specification.lens_radius) - setting.pupil_diameter / 2.0
     bounds = MirrorBounds(
-        edge_margin=float(specification.edge_margin),
-        clearance=float(specification.clearance),
+        edge_margin=float(manufacture.edge_margin_mm),
+        clearance=float(manufacture.clearance_mm),
         thickness=thickness,
-        highest=front + float(specification.envelope_height) - thickness,
-        widest=min(float(specification.mirror_diameter), float(specification.envelope_diameter)) / 2.0,
-        steepest=float(np.tan(specification.largest_slope)),
+        highest=front + float(envelope.height_mm) - thickness,
+        widest=min(float(envelope.mirror_diameter_mm), float(envelope.diameter_mm)) / 2.0,
+        steepest=float(np.tan(radians(manufacture.largest_slope_deg))),
         barrel=beside_axis / front if front > 0.0 else np.inf,
         pupil_radius=setting.pupil_diameter / 2.0,
         reciprocal_focus=setting.reciprocal_focus,

@@ -214,7 +214,8 @@ def start_at(task: Task, scaled: Array) -> list[Candidate]:
     with np.errstate(all="ignore"):
         values, system = problem.enclosed(problem.physical(scaled))
         evaluation = evaluate(problem, system)
-    choices = choose_directions(evaluation, specification.clearance, specification.envelope_height)
+    asked = specification.asked
+    choices = choose_directions(evaluation, asked.manufacture.clearance_mm, asked.envelope.height_mm)
     return examine_all(task, problem.scaled(values), choices)
 
 
@@ -284,5 +285,5 @@ def _examine_results(
 
 
 def _rechosen(task: Task, directions: SeparatingDirections, candidate: Candidate) -> SeparatingDirections:
-    clearance = task.problem.specification.clearance
+    clearance = task.problem.specification.asked.manufacture.clearance_mm
     return rechoose_directions(directions, candidate.evaluation, clearance, candidate.violation)

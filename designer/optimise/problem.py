@@ -110,7 +110,8 @@ def evaluate(problem: Problem, system: System, solid_directions: int = len(SOLID
     light, bodies = separations(system.layout, pairs, solid_directions)
     constraints = problem.constraints(system)
     scalar = violations_of(constraints)
-    spare = np.concatenate([light.max(axis=0), bodies.max(axis=0)]) - problem.specification.clearance
+    clearance = problem.specification.asked.manufacture.clearance_mm
+    spare = np.concatenate([light.max(axis=0), bodies.max(axis=0)]) - clearance
     shape = np.broadcast_shapes(scalar.shape[1:], spare.shape[1:])
     violations = np.concatenate(
         [np.broadcast_to(scalar, (len(scalar), *shape)), np.broadcast_to(np.maximum(-spare, 0.0), (len(spare), *shape))]

@@ -146,16 +146,17 @@ def put_together(variant: Variant, values: Values, specification: Specification)
     """Put a system together; the secondary's variables are ignored for direct configurations."""
     slopes = _needed_slopes(values, specification)
     lens = Lens(values["principal_distance"], values["f_number"], values["reciprocal_focus"], specification.law)
-    distances = (specification.distance_near, specification.distance_far)
     paths, blurs, light_paths = [], [], {}
     for chief in _paths(variant, values, slopes):
         light = light_path_of_layout(chief, values[f"{chief.view}_gain"], variant.sense(chief.view))
         light_paths[chief.view] = light
         rays = [chief_ray(light, slope) for slope in _sampled(slopes[chief.view])]
         ends = (rays[0], rays[2]) if light.sense == "direct" else (rays[2], rays[0])
-        paths.append(widened(chief, ends, lens.pupil_diameter / 2.0, distances))
+        paths.append(widened(chief, ends, lens.pupil_diameter / 2.0, specification.distances))
         blurs += [
-            blur for place, ray in enumerate(rays) for blur in _blurs(chief.view, place, light, ray, lens, distances)
+            blur
+            for place, ray in enumerate(rays)
+            for blur in _blurs(chief.view, place, light, ray, lens, specification.distances)
         ]
     layout = lay_out(tuple(paths), _sides(variant), _surroundings(specification))
     return System(variant, values, specification, slopes, lens, light_paths, tuple(blurs), (paths[0], paths[1]), layout)
@@ -195,11 +196,8 @@ def _sampled(slopes: Slopes) -> tuple[Scalar, Scalar, Scalar]:
 
 
 def _needed_slopes(values: Values, specification: Specification) -> dict[str, Slopes]:
-    upper, lower = elevation_tangents_of_views(
-        (tan(specification.elevation_low), tan(specification.elevation_high)),
-        (specification.distance_near, specification.distance_far),
-        values["baseline"],
-    )
+    low, high = specification.elevations
+    upper, lower = elevation_tangents_of_views((tan(low), tan(high)), specification.distances, values["baseline"])
     return {"upper": upper, "lower": lower}
 
 
@@ -260,11 +258,11 @@ def _sides(variant: Variant) -> dict[str, int]:
 
 def _surroundings(specification: Specification) -> Surroundings:
     return Surroundings(
-        specification.substrate_thickness,
-        specification.edge_margin,
+        specification.asked.manufacture.substrate_thickness_mm,
+        specification.asked.manufacture.edge_margin_mm,
         specification.lens_radius,
         specification.lens_front,
         specification.lens_length,
-        specification.body_radius,
+        specification.asked.camera.body_radius_mm,
         specification.reach_radius,
     )

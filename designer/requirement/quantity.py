@@ -93,6 +93,17 @@ class Quantity:
 
 
 @dataclass(frozen=True, slots=True)
+class DesignQuantity(Quantity):
+    """A number, or a range of two, that shapes designs: geometry reads it, and a design can be held by it.
+
+    Constraints read it from :attr:`designer.optimise.required_numbers.Specification.asked`, and reports say what one
+    unit more of it is worth; ``shown_step`` is the step to say it for, where one unit would be a large one.
+    """
+
+    shown_step: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
 class Coefficients:
     """A pydantic type annotation: an array of numbers without a unit, at most so many, each at most so large."""
 

@@ -158,10 +158,9 @@ def _mirror(mirror: PlacedMirror, kind: MirrorKind, requirement: Requirement) ->
 
 def _views(candidate: Candidate) -> Views:
     variant, values, specification = candidate.problem.variant, candidate.values, candidate.problem.specification
+    low, high = specification.elevations
     upper, lower = elevation_tangents_of_views(
-        (math.tan(specification.elevation_low), math.tan(specification.elevation_high)),
-        (specification.distance_near, specification.distance_far),
-        values["baseline"],
+        (math.tan(low), math.tan(high)), specification.distances, values["baseline"]
     )
     outer = variant.configuration.outer_view
     folded = variant.fold is not None

@@ -76,10 +76,7 @@ def designs_near_the_limit(requirement: Requirement, name: str, count: int):
     values |= {key: np.full(count, value) for key, value in fixed.items()}
     values["principal_distance"] = values["focal_length"] / (1.0 - values["focal_length"] / 150.0)
     image = ImageBounds(specification.image_radius, specification.zone_gap, specification.law)
-    volume = Volume(
-        (specification.elevation_low, specification.elevation_high),
-        (specification.distance_near, specification.distance_far),
-    )
+    volume = Volume(specification.elevations, specification.distances)
     arrangement = arrangement_of(configuration.family, configuration.topology)
     largest = limit_gains(arrangement, volume, fixed["baseline"], float(values["principal_distance"][0]), image)
     outer_share, inner_share = 1.0 - 0.02 * random.uniform(size=count) ** 2, random.uniform(0.88, 1.0, count)
@@ -87,9 +84,9 @@ def designs_near_the_limit(requirement: Requirement, name: str, count: int):
         share = outer_share if view == arrangement.outer_view else inner_share
         values[f"{view}_gain"] = problem.variant.gain_sign(view) * most * share
     # Mirrors as high up as they go, where edges cost least.
-    highest = specification.envelope_height - fixed["baseline"]
+    highest = specification.asked.envelope.height_mm - fixed["baseline"]
     values["lower_viewpoint"] = highest * random.uniform(0.5 if configuration.family == "direct" else 0.0, 1.1, count)
-    values["secondary_height"] = specification.envelope_height * random.uniform(0.6, 1.05, count)
+    values["secondary_height"] = specification.asked.envelope.height_mm * random.uniform(0.6, 1.05, count)
     with np.errstate(all="ignore"):
         values, system = problem.enclosed(values)
         evaluation = evaluate(problem, system)

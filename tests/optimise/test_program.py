@@ -67,7 +67,7 @@ def test_rows_are_what_numpy_makes_of_the_system(variant, noise_mm, law):
     free = tuple(name for name in VARIABLE_NAMES if not problem.bounds[name].is_fixed)
     residuals = np.array([np.ravel(item.value)[0] / item.scale for item in problem.constraints(system)])
     equal = np.array([item.equality for item in problem.constraints(system)])
-    spare = np.concatenate([light.max(axis=0), bodies.max(axis=0)]) - specification.clearance
+    spare = np.concatenate([light.max(axis=0), bodies.max(axis=0)]) - specification.asked.manufacture.clearance_mm
     spare[light.shape[1]] = 1.0  # the pair that is left out
     goals = np.array([np.ravel(goal.expression(system))[0] for goal in GOALS.values()]) / SCALES
 

@@ -176,8 +176,8 @@ def design_record(requirement: Requirement, problem: Problem, values: dict[str, 
         )
     baseline, lower = _number(values["baseline"]), _number(values["lower_viewpoint"])
     upper_slopes, lower_slopes = elevation_tangents_of_views(
-        (math.tan(specification.elevation_low), math.tan(specification.elevation_high)),
-        (specification.distance_near, specification.distance_far),
+        tuple(math.tan(elevation) for elevation in specification.elevations),
+        specification.distances,
         baseline,
     )
 
