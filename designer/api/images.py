@@ -100,7 +100,7 @@ def view_placements(upper: ImagePlacement, lower: ImagePlacement) -> ViewPlaceme
     """How the image of each view lies, each a :func:`placement`: for mirrors that do not share an axis."""
     from designer.imaging.stereo.placement import ViewPlacements
 
-    return ViewPlacements(upper, lower)
+    return ViewPlacements(upper=upper, lower=lower)
 
 
 def read_placement(path: str | Path) -> Placement:

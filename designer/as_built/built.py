@@ -172,7 +172,7 @@ def _seen(design: Design, name: ViewName) -> float:
     ahead = np.column_stack([*slopes[:, shown], np.ones(shown.sum())])
     instrument = build_as_built(design).instrument
     trace = trace_first_hits(instrument, ahead / np.linalg.norm(ahead, axis=1)[:, None])
-    path = instrument.path(getattr(design.views, name).path)
+    path = instrument.path(design.views.by_name[name].path)
     return float(np.sum(compare_with_path(trace, path).status == Status.OK) / len(points))
 
 

@@ -58,7 +58,7 @@ class Projection:
 
 def targets_of(design: Design, view: ViewName, points_mm: Array) -> Targets:
     """Points (n, 3) in mm as a view's own viewpoint sees them."""
-    record = getattr(design.views, view)
+    record = design.views.by_name[view]
     x, y, z = points = np.ascontiguousarray(np.asarray(points_mm, dtype=float).T)
     distance = np.hypot(x, y)
     cosine, sine = x / distance, y / distance
@@ -97,7 +97,7 @@ def project(
     ``about_design``, the derivatives of the design without departures, shortens the search for the rays.
     """
     count, number = len(values), targets.points_mm.shape[1]
-    path = getattr(design.views, view).path
+    path = design.views.by_name[view].path
     found = Projection(
         np.empty((2, count, number)),
         np.empty((2, count, number)),
@@ -132,7 +132,7 @@ def linearise(design: Design, view: ViewName, targets: Targets, values: Array | 
     """
     at = np.zeros(len(parameters_of(design))) if values is None else values
     plain = systems_of(design, list(at[:, None, None]))
-    light = aim(plain.camera, plain.along(getattr(design.views, view).path), targets, targets.slopes[:, None])
+    light = aim(plain.camera, plain.along(design.views.by_name[view].path), targets, targets.slopes[:, None])
     if not np.isfinite(light.slopes).all():
         raise ValueError(f"the {view} view does not show all points")
     return derivatives_at(design, view, targets, at, light.slopes)
@@ -143,7 +143,7 @@ def derivatives_at(design: Design, view: ViewName, targets: Targets, values: Arr
 
     What the light of the view does not meet has derivatives of zero, and costs nothing.
     """
-    path = getattr(design.views, view).path
+    path = design.views.by_name[view].path
     parameters = parameters_of(design)
     met = [place for place, parameter in enumerate(parameters) if parameter.part in (*path, CAMERA)]
     # One variable for each departure, then the two slopes: their derivatives are independent of one another.

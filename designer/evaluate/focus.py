@@ -75,6 +75,11 @@ class DesignFocus:
     best_largest_blur_px: float
 
     @property
+    def by_name(self) -> dict[ViewName, ViewFocus]:
+        """Both views by name, the upper one first."""
+        return {"upper": self.upper, "lower": self.lower}
+
+    @property
     def largest_blur_px(self) -> float:
         """Largest blur of both views on the sensor, at the recorded focus."""
         return max(self.upper.largest_blur_px, self.lower.largest_blur_px)
@@ -135,13 +140,13 @@ def focus_of_design(design: Design, elevations: int = ELEVATIONS) -> DesignFocus
     In between, 1 / z_V rises or falls steadily with 1 / distance: the two ends decide.
     """
     lens = lens_of_camera(design.camera)
-    upper, lower = (_view_focus(design, name, lens, elevations) for name in ("upper", "lower"))
+    upper, lower = _view_focus(design, "upper", lens, elevations), _view_focus(design, "lower", lens, elevations)
     depths = np.concatenate([upper.reciprocal_depths.ravel(), lower.reciprocal_depths.ravel()])
     stretches = np.concatenate([_stretch(design, name, lens, elevations) for name in ("upper", "lower")])
     best = best_focus(depths, stretches)
     sharpest = refocused(lens, best)
     largest = float(np.max(np.abs(sharpest.blur(depths)) * stretches)) / design.camera.pixel_pitch_mm
-    return DesignFocus(lens, upper, lower, best, largest)
+    return DesignFocus(lens, upper=upper, lower=lower, best_reciprocal_focus=best, best_largest_blur_px=largest)
 
 
 def best_focus(reciprocal_depths: ArrayLike, weights: ArrayLike = 1.0) -> float:
@@ -194,9 +199,9 @@ def depth_of_field(ray: ChiefRay, lens: Lens, largest_blur_mm: ArrayLike) -> tup
     return np.asarray(near), np.asarray(far)
 
 
-def _view_focus(design: Design, name: str, lens: Lens, count: int) -> ViewFocus:
+def _view_focus(design: Design, name: ViewName, lens: Lens, count: int) -> ViewFocus:
     path = light_path_of_design(design, name)
-    low, high = getattr(design.views, name).elevation_deg
+    low, high = design.views.by_name[name].elevation_deg
     elevations = np.linspace(low, high, count)
     distances = np.array(design.working_volume.distance_mm)
     slope = np.tan(np.radians(elevations))[:, None]
@@ -208,9 +213,9 @@ def _view_focus(design: Design, name: str, lens: Lens, count: int) -> ViewFocus:
     return ViewFocus(elevations, distances, depths, on_sensor, in_scene)
 
 
-def _stretch(design: Design, name: str, lens: Lens, count: int) -> Array:
+def _stretch(design: Design, name: ViewName, lens: Lens, count: int) -> Array:
     """What the law of the lens stretches the blur of a view by, (2 count,): for each elevation, near and far."""
-    view = getattr(design.views, name)
+    view = design.views.by_name[name]
     low, high = view.elevation_deg
     slope = np.tan(np.radians(np.linspace(low, high, count)))
     stretch = lens.law.largest_stretch(view.gain * half_angle_tangent(slope, view.sense))

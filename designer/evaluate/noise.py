@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 
+from designer.design import PerView
 from designer.optics.backend import Scalar, exp, sqrt
 
 # Contrast of an octave in rendered scenes, with wavelengths as shares of their extent: eight octaves of 0.3 together,
@@ -163,15 +164,14 @@ def equalising_sigma_px(largest_common_spacing_px: Scalar) -> Scalar:
 
 
 def matching_noise(
-    upper: ImagePoint,
-    lower: ImagePoint,
+    points: PerView[ImagePoint],
     distance: Scalar,
     texture: Texture,
     light: Light,
     exposure: Exposure,
     matching: Matching,
-) -> tuple[Scalar, Scalar]:
-    """Standard deviation, in mm on the sensor, of a matched point's radial position in the upper and the lower view.
+) -> PerView[Scalar]:
+    """Standard deviation, in mm on the sensor, of a matched point's radial position in each view.
 
     The two are independent parts of the error of one match: its depth error is that of
     :func:`designer.evaluate.depth.slope_error` for the one and the other view, added in quadrature.
@@ -181,7 +181,7 @@ def matching_noise(
     distance
         Horizontal distance of the point from the axis in mm.
     """
-    views = (upper, lower)
+    views = (points.upper, points.lower)
     step = 2.0 * np.pi / matching.columns
     stretch = [1.0 + view.slope * view.slope for view in views]
     # Squared lengths on the surface of one mm on the sensor, along and across the meridian.
@@ -224,7 +224,7 @@ def matching_noise(
         )
         variance = scale * (raw * pixel * smoothed + rounding + aliased) + (edge + floor) / 2.0
         noises.append(sqrt(variance / scale_along))
-    return noises[0], noises[1]
+    return PerView(upper=noises[0], lower=noises[1])
 
 
 def _blur_variances(exposure: Exposure, view: ImagePoint) -> tuple[Scalar, Scalar]:

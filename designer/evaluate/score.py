@@ -222,14 +222,14 @@ def check_scorable(design: Design) -> None:
     check_image_law(design)
     slopes = (math.tan(math.radians(low)), math.tan(math.radians(high)))
     ranges = elevation_tangents_of_views(slopes, (near, far), design.baseline_mm)
-    for name, view, from_volume in zip(VIEW_NAMES, (design.views.upper, design.views.lower), ranges, strict=True):
+    for name, view in design.views.by_name.items():
         if view.gain == 0:
             raise InputError(f"views.{name}.gain = 0: must not be zero")
         if not -90 < view.elevation_deg[0] < view.elevation_deg[1] < 90:
             raise InputError(
                 f"views.{name}.elevation_deg = {list(view.elevation_deg)}: must be increasing, between -90 and 90"
             )
-        ends = [*from_volume, *(math.tan(math.radians(end)) for end in view.elevation_deg)]
+        ends = [*ranges[name], *(math.tan(math.radians(end)) for end in view.elevation_deg)]
         if any(abs(view.gain) * half_angle_tangent(end, view.sense) >= 1 for end in ends):
             raise InputError(f"views.{name}.gain = {view.gain:g}: its rays would reach the pinhole from behind")
 
@@ -259,7 +259,8 @@ def limit_of_design(design: Design) -> float | None:
     law = image_law_of(camera)
     bounds = ImageBounds(camera.image_radius_mm, design.zone_gap_px * camera.pixel_pitch_mm, law)
     at = (arrangement, volume_of(design), design.baseline_mm, camera.focal_length_mm, bounds)
-    if min(limit_gains(*at)) <= 0:
+    gains = limit_gains(*at)
+    if min(gains.lower, gains.upper) <= 0:
         return None
     return float(depth_error_limit(*at, noise_mm_of(design), design.scale_uncertainty))
 
@@ -270,7 +271,7 @@ def _quantisation(design: Design, pair: StereoPair, volume: Volume) -> Quantisat
 
 
 def _resolution(design: Design, view_name: ViewName) -> tuple[AngularResolution, ...]:
-    view = design.views.upper if view_name == "upper" else design.views.lower
+    view = design.views.by_name[view_name]
     low, high = view.elevation_deg
     elevations = np.array([low, (low + high) / 2.0, high])
     radial = angular_resolution_px_per_deg(design, view_name, elevations)

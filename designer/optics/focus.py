@@ -22,7 +22,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
-from designer.design import Camera, Design, Sense
+from designer.design import Camera, Design, Sense, ViewName
 from designer.optics.backend import Scalar, absolute, sqrt
 from designer.optics.conic import FocalConic
 from designer.optics.image_law import PERSPECTIVE, ImageLaw, image_law_of
@@ -253,7 +253,7 @@ def light_path_of_layout(path: OpticalPath, gain: Scalar, sense: Sense) -> Light
     return LightPath(mirrors, path.viewpoint, gain, sense)
 
 
-def light_path_of_design(design: Design, view_name: str) -> LightPath:
+def light_path_of_design(design: Design, view_name: ViewName) -> LightPath:
     """The light path of a finished design's view, "upper" or "lower": of one mirror or of a folded pair.
 
     Vertices and curvatures come from the mirrors, the foci from the pinhole and the recorded viewpoint: for a design
@@ -264,7 +264,7 @@ def light_path_of_design(design: Design, view_name: str) -> LightPath:
     ValueError
         The view has more than two mirrors, whose foci no record holds.
     """
-    view = getattr(design.views, view_name)
+    view = design.views.by_name[view_name]
     if len(view.path) > 2:
         raise ValueError(f"the {view_name} view has {len(view.path)} mirrors: their foci are recorded for two only")
     mirrors = []

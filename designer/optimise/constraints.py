@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
+from designer.design import VIEW_NAMES, ViewName
 from designer.optics.backend import Scalar, absolute, arctan, degrees, maximum, minimum, sqrt
 from designer.optics.image_law import pinhole_tangent
 from designer.optics.kinds import ELLIPSOID_GAINS
@@ -52,13 +53,13 @@ ConstraintBuilder = Callable[[System], Iterable[Constraint]]
 def image_constraints(system: System) -> Iterable[Constraint]:
     """Zones inside the image circle and apart, blur included; the cone of light passes the lens front."""
     variant, values, specification = system.variant, system.values, system.specification
-    outer, inner = ("upper", "lower") if variant.configuration.topology == "upper_outer" else ("lower", "upper")
-    tangents = {view: zone_tangents(variant, view, slopes) for view, slopes in system.slopes.items()}
+    outer, inner = variant.configuration.outer_view, variant.configuration.inner_view
+    tangents = {view: zone_tangents(variant, view, system.slopes[view]) for view in VIEW_NAMES}
 
-    def half_tangent(view: str, end: int) -> Scalar:
+    def half_tangent(view: ViewName, end: int) -> Scalar:
         return variant.gain_sign(view) * values[f"{view}_gain"] * tangents[view][end]
 
-    def image_ratio(view: str, end: int) -> Scalar:
+    def image_ratio(view: ViewName, end: int) -> Scalar:
         return specification.law.ratio(half_tangent(view, end))
 
     distance, pitch = values["principal_distance"], specification.pixel_pitch

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from designer.design import PerView
 from designer.evaluate.depth import Volume
 from designer.evaluate.limit import ImageBounds, arrangement_of, depth_error_limit, limit_gains
 from designer.evaluate.noise import MATCHING, Light, Texture
@@ -13,17 +14,16 @@ from designer.optimise.variants import Variant
 
 def limiting_gains(
     variant: Variant, specification: Specification, baseline: Scalar, principal_distance: Scalar
-) -> dict[str, Scalar]:
+) -> PerView[Scalar]:
     """The closed-form largest |gain| of each view at one baseline and principal distance, mm."""
     configuration = variant.configuration
-    lower, upper = limit_gains(
+    return limit_gains(
         arrangement_of(configuration.family, configuration.topology),
         volume_of(specification),
         baseline,
         principal_distance,
         ImageBounds(specification.image_radius, specification.zone_gap, specification.law),
     )
-    return {"lower": lower, "upper": upper}
 
 
 def limit_of(variant: Variant, specification: Specification, baseline: Scalar, principal_distance: Scalar) -> Scalar:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from designer.design import PerView
 from designer.evaluate.depth import Volume
 from designer.evaluate.limit import Arrangement, ImageBounds, arrangement_of
 from designer.evaluate.margin_limit import FirstMirrors, MirrorBounds, margin_gains, margin_limit
@@ -23,8 +24,8 @@ class LensSetting:
     reciprocal_focus: float
 
 
-def margin_gains_of(problem: Problem, baseline: float, setting: LensSetting) -> tuple[float, float]:
-    """Bounds of |gain| of the lower and of the upper view with margins, at one baseline, mm; 0 where nothing fits."""
+def margin_gains_of(problem: Problem, baseline: float, setting: LensSetting) -> PerView[float]:
+    """Bound of |gain| of each view with margins, at one baseline, mm; 0 where nothing fits."""
     return margin_gains(*_with_margins(problem, baseline, setting))
 
 
@@ -65,7 +66,7 @@ def _with_margins(
         upper_viewpoint=min(
             fixed.get("upper.viewpoint_mm", np.inf), fixed.get("lower.viewpoint_mm", np.inf) + baseline
         ),
-        gains=(abs(fixed.get("lower.gain", np.inf)), abs(fixed.get("upper.gain", np.inf))),
+        gains=PerView(lower=abs(fixed.get("lower.gain", np.inf)), upper=abs(fixed.get("upper.gain", np.inf))),
     )
     image = ImageBounds(specification.image_radius, specification.zone_gap, specification.law)
     arrangement = arrangement_of(configuration.family, configuration.topology)

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from designer.configurations import MirrorKind
+from designer.design import PerView, ViewName
 from designer.optics.backend import tan
 from designer.optics.view import elevation_tangents_of_views
 from designer.optimise.required_numbers import Specification
@@ -32,11 +33,10 @@ def sampled(baselines: Interval) -> list[float]:
     return [float(baseline) for baseline in np.unique(np.linspace(*baselines, SAMPLED_BASELINES))]
 
 
-def slopes_at(specification: Specification, baseline: float) -> dict[str, Interval]:
-    """Lowest and highest tan(phi) that each view must cover at a baseline, by the view's name."""
+def slopes_at(specification: Specification, baseline: float) -> PerView[Interval]:
+    """Lowest and highest tan(phi) that each view must cover at a baseline."""
     low, high = specification.elevations
-    upper, lower = elevation_tangents_of_views((tan(low), tan(high)), specification.distances, baseline)
-    return {"lower": lower, "upper": upper}
+    return elevation_tangents_of_views((tan(low), tan(high)), specification.distances, baseline)
 
 
 def lower_viewpoints(
@@ -58,7 +58,7 @@ def lower_viewpoints(
     return low, high
 
 
-def _viewpoints(variant: Variant, specification: Specification, baselines: Interval, view: str) -> Interval:
+def _viewpoints(variant: Variant, specification: Specification, baselines: Interval, view: ViewName) -> Interval:
     """Heights from which the rays at both ends of a view's range can leave a face in the envelope."""
     front, envelope = specification.lens_front, specification.asked.envelope
     faces = (front - envelope.height_mm, front + envelope.height_mm)

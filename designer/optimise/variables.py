@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from designer.design import ViewName
 from designer.optics.backend import Scalar, exp
 from designer.optimise.limit import limiting_gains
 from designer.optimise.reach import lower_viewpoints, sampled, secondary_vertices
@@ -159,7 +160,7 @@ class Variable:
     reach: Callable[[Variant, Specification, FreeRanges], tuple[float, float]] | None = None
 
 
-def _gain_range(view: str) -> Callable[[Variant, Specification, FreeRanges], tuple[float, float]]:
+def _gain_range(view: ViewName) -> Callable[[Variant, Specification, FreeRanges], tuple[float, float]]:
     def range_of(variant: Variant, specification: Specification, free: FreeRanges) -> tuple[float, float]:
         """From a tenth of the least limiting gain over the allowed baselines and principal distances to the largest."""
         limits = [
@@ -174,7 +175,7 @@ def _gain_range(view: str) -> Callable[[Variant, Specification, FreeRanges], tup
     return range_of
 
 
-def _gain_reach(view: str) -> Callable[[Variant, Specification, FreeRanges], tuple[float, float]]:
+def _gain_reach(view: ViewName) -> Callable[[Variant, Specification, FreeRanges], tuple[float, float]]:
     range_of = _gain_range(view)
 
     def reach_of(variant: Variant, specification: Specification, free: FreeRanges) -> tuple[float, float]:
@@ -188,7 +189,7 @@ def _gain_reach(view: str) -> Callable[[Variant, Specification, FreeRanges], tup
     return reach_of
 
 
-def _gain_sign(view: str) -> Callable[[Variant], float]:
+def _gain_sign(view: ViewName) -> Callable[[Variant], float]:
     return lambda variant: float(variant.gain_sign(view))
 
 

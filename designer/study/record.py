@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from designer.configurations import Configuration, MirrorKind
-from designer.design import Camera, Design, Mirror, View, Views, WorkingVolume
+from designer.design import Camera, Design, Mirror, View, ViewName, Views, WorkingVolume
 from designer.evaluate.depth import Volume, depth_error_rms, noise_mm_of
 from designer.evaluate.fabrication import mirror_shape
 from designer.evaluate.limit import ImageBounds, NoiseOfPair, arrangement_of, least_limit_over
@@ -159,13 +159,11 @@ def _mirror(mirror: PlacedMirror, kind: MirrorKind, requirement: Requirement) ->
 def _views(candidate: Candidate) -> Views:
     variant, values, specification = candidate.problem.variant, candidate.values, candidate.problem.specification
     low, high = specification.elevations
-    upper, lower = elevation_tangents_of_views(
-        (math.tan(low), math.tan(high)), specification.distances, values["baseline"]
-    )
+    slopes = elevation_tangents_of_views((math.tan(low), math.tan(high)), specification.distances, values["baseline"])
     outer = variant.configuration.outer_view
     folded = variant.fold is not None
 
-    def view(name: str, slopes: tuple[float, float]) -> View:
+    def view(name: ViewName) -> View:
         last = variant.last_mirror(name)
         return View.model_validate(
             {
@@ -173,12 +171,12 @@ def _views(candidate: Candidate) -> Views:
                 "viewpoint_mm": values["lower_viewpoint"] + (values["baseline"] if name == "upper" else 0.0),
                 "gain": values[f"{name}_gain"],
                 "sense": variant.sense(name),
-                "elevation_deg": tuple(math.degrees(math.atan(slope)) for slope in slopes),
+                "elevation_deg": tuple(math.degrees(math.atan(slope)) for slope in slopes[name]),
                 "zone": "outer" if name == outer else "inner",
             }
         )
 
-    return Views(upper=view("upper", upper), lower=view("lower", lower))
+    return Views(upper=view("upper"), lower=view("lower"))
 
 
 def _score(requirement: Requirement, result: SearchResult, record: Design) -> StudyScore:

@@ -51,11 +51,11 @@ volumes = st.builds(
 def zones(arrangement, volume, gains, baseline, principal_distance):
     """Image radii (inner, outer) of the outer view and of the inner view, from the gain law alone."""
     slopes = tuple(np.tan(end) for end in volume.elevations)
-    upper_range, lower_range = elevation_tangents_of_views(slopes, volume.distances, baseline)
+    ranges = elevation_tangents_of_views(slopes, volume.distances, baseline)
     radii = {}
     for name, ends, gain, sense in (
-        ("lower", lower_range, gains[0], arrangement.sense_lower),
-        ("upper", upper_range, gains[1], arrangement.sense_upper),
+        ("lower", ranges.lower, gains[0], arrangement.sense_lower),
+        ("upper", ranges.upper, gains[1], arrangement.sense_upper),
     ):
         # Every direction in between too, so that nothing hangs on which end is the outer one.
         inside = np.linspace(*ends, 9)
@@ -83,7 +83,8 @@ def score(arrangement, volume, gains, baseline, principal_distance):
 )
 def test_limit_is_attained_and_never_beaten(arrangement, volume, baseline, principal_distance, gap, shares, signs):
     bounds = ImageBounds(2.64, gap)
-    best = limit_gains(arrangement, volume, baseline, principal_distance, bounds)
+    largest = limit_gains(arrangement, volume, baseline, principal_distance, bounds)
+    best = largest.lower, largest.upper
     assume(min(best) > 0)
     limit = depth_error_limit(arrangement, volume, baseline, principal_distance, bounds, NOISE_MM)
     outer, inner = zones(arrangement, volume, best, baseline, principal_distance)
@@ -124,7 +125,8 @@ def test_least_limit_is_below_every_other():
             least = least_limit_over(arrangement, volume, baselines, principal_distances, bounds, NOISE_MM)
             baseline, focal = (generator.uniform(*ends, 5000) for ends in (baselines, principal_distances))
             gains = limit_gains(arrangement, volume, baseline, focal, bounds)
-            limits = depth_error_limit(arrangement, volume, baseline, focal, bounds, NOISE_MM)[np.minimum(*gains) > 0]
+            has_room = np.minimum(gains.lower, gains.upper) > 0
+            limits = depth_error_limit(arrangement, volume, baseline, focal, bounds, NOISE_MM)[has_room]
             assert least.depth_error_rms <= limits.min()
             assert least.depth_error_rms == pytest.approx(limits.min(), rel=0.02)
             here = depth_error_limit(arrangement, volume, least.baseline, least.principal_distance, bounds, NOISE_MM)

@@ -9,6 +9,7 @@ from scipy.integrate import quad
 from scipy.ndimage import gaussian_filter, uniform_filter
 from scipy.special import dawsn, j1
 
+from designer.design import PerView
 from designer.evaluate import noise
 from designer.evaluate.depth import slope_error
 from designer.evaluate.noise import (
@@ -36,7 +37,9 @@ LOWER = ImagePoint(slope=0.0, radius=1.2, radius_slope=1.5, defocus=0.01)
 
 
 def noise_of(upper=UPPER, lower=LOWER, light=LIGHT, exposure=EXPOSURE, texture=TEXTURE, distance=DISTANCE):
-    return matching_noise(upper, lower, distance, texture, light, exposure, MATCHING["sad"])
+    points = PerView(upper=upper, lower=lower)
+    found = matching_noise(points, distance, texture, light, exposure, MATCHING["sad"])
+    return found.upper, found.lower
 
 
 @pytest.mark.parametrize(("along", "across"), [(5.0, 5.0), (12.0, 12.0), (40.0, 40.0), (10.0, 30.0), (30.0, 10.0)])

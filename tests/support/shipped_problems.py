@@ -175,7 +175,7 @@ def design_record(requirement: Requirement, problem: Problem, values: dict[str, 
             }
         )
     baseline, lower = _number(values["baseline"]), _number(values["lower_viewpoint"])
-    upper_slopes, lower_slopes = elevation_tangents_of_views(
+    ranges = elevation_tangents_of_views(
         tuple(math.tan(elevation) for elevation in specification.elevations),
         specification.distances,
         baseline,
@@ -212,8 +212,8 @@ def design_record(requirement: Requirement, problem: Problem, values: dict[str, 
             },
             "mirrors": mirrors,
             "views": {
-                "upper": view("upper", lower + baseline, upper_slopes),
-                "lower": view("lower", lower, lower_slopes),
+                "upper": view("upper", lower + baseline, ranges.upper),
+                "lower": view("lower", lower, ranges.lower),
             },
             "baseline_mm": baseline,
             "height_mm": _number(system.height),

@@ -148,7 +148,8 @@ def write_results(result: StereoResult, request: StereoRequest, folder: Path, in
     if result.rig.is_traced:
         (folder / PLACEMENT).unlink(missing_ok=True)
     else:
-        write_placement(folder / PLACEMENT, ViewPlacements(images["upper"].placement, images["lower"].placement))
+        apart = ViewPlacements(upper=images["upper"].placement, lower=images["lower"].placement)
+        write_placement(folder / PLACEMENT, apart)
     grid = result.rig.grid
     rows = np.arange(grid.rows)
     write_arrays(

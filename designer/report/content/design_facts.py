@@ -123,7 +123,7 @@ def _view_facts(design: Design) -> list[tuple[str, str]]:
     upper, lower = design.views.upper, design.views.lower
     elevations = [
         (f"{name} view", f"{number(low, 2)}° to {number(high, 2)}°, {view.zone} zone")
-        for name, view in (("upper", upper), ("lower", lower))
+        for name, view in design.views.by_name.items()
         for low, high in [view.elevation_deg]
     ]
     return [

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from designer.design import VIEW_NAMES
+from designer.design import VIEW_NAMES, PerView
 from designer.evaluate.depth import depth_error_of_slopes, stereo_pair_of
 from designer.evaluate.noise import MATCHING, Light, rich_texture
 from designer.evaluate.predicted_noise import Conditions, noise_model
@@ -199,6 +199,6 @@ def predicted_noise_px(check) -> np.ndarray:
     model = noise_model(conditions, pair, lens_of_camera(camera), paths)
     distance = np.exp(check.noise.log_distances)[:, None]
     upper = np.asarray(grid.slope("upper", np.arange(grid.rows)))[None, :]
-    lower = upper + pair.baseline / distance
-    predicted = depth_error_of_slopes(pair, lower, upper, model(lower, upper, distance))
-    return predicted / depth_error_of_slopes(pair, lower, upper, camera.pixel_pitch_mm)
+    slopes = PerView(lower=upper + pair.baseline / distance, upper=upper)
+    predicted = depth_error_of_slopes(pair, slopes, model(slopes, distance))
+    return predicted / depth_error_of_slopes(pair, slopes, camera.pixel_pitch_mm)
