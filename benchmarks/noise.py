@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 
 from designer.design import Design, PerView
 from designer.evaluate.noise import (
-    MATCHING,
-    Exposure,
+    MATCHER_PERFORMANCE,
+    CameraSetting,
+    CollectedLight,
     ImagePoint,
-    Light,
     equalising_sigma_px,
     matching_noise,
     rich_texture,
@@ -246,11 +246,11 @@ def predict(measured: pd.DataFrame) -> pd.DataFrame:
             radius = images[name].radius_px(slope) * camera.pixel_pitch_mm
             radius_slope = images[name].radius_per_elevation_px(slope) * camera.pixel_pitch_mm
             points[name] = ImagePoint(slope, radius, radius_slope, defocus)
-        matching = MATCHING[matcher]
-        exposure = Exposure(
+        matching = MATCHER_PERFORMANCE[matcher]
+        exposure = CameraSetting(
             camera.pixel_pitch_mm, f_number, equalising_sigma_px(common_spacing_px(design, matching.columns))
         )
-        light = Light(LIGHTS[light_name], LIGHT_F_NUMBER, READ_NOISE)
+        light = CollectedLight(LIGHTS[light_name], LIGHT_F_NUMBER, READ_NOISE)
         texture = rich_texture(design.working_volume.distance_mm[1])
         noise = matching_noise(PerView(**points), distance, texture, light, exposure, matching)
         # In each view the noise of the slope; equal noise in both would give the same sum of squares.

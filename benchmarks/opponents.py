@@ -23,7 +23,7 @@ from designer.optimise import solver
 from designer.optimise.program import Program
 from designer.optimise.required_numbers import SPECIFICATION_NAMES
 from designer.optimise.separating_directions import FAR
-from designer.optimise.solver import Run, Target
+from designer.optimise.solver import Run, StageTarget
 from designer.optimise.system import put_together
 from designer.optimise.variables import VARIABLE_NAMES
 
@@ -69,7 +69,7 @@ def recording() -> Iterator[list[Instance]]:
     instances: list[Instance] = []
     arguments_of = solver.arguments_of
 
-    def recorded(run: Run, program: Program, target: Target, violation: float | None) -> dict[str, Array]:
+    def recorded(run: Run, program: Program, target: StageTarget, violation: float | None) -> dict[str, Array]:
         arguments = arguments_of(run, program, target, violation)
         instances.append(Instance(program, arguments, run))
         return arguments

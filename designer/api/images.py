@@ -63,14 +63,14 @@ def render(
     import numpy as np
 
     from designer.imaging.render.detector import Detector, expose
-    from designer.imaging.render.lens import Lens, default_samples
+    from designer.imaging.render.lens import RenderedLens, default_samples
     from designer.imaging.render.raytracing import render as render_radiance
     from designer.imaging.render.scenes.library import build_world
 
     if read_noise_electrons is not None and not (read_noise_electrons >= 0.0 and full_well_electrons >= 1.0):
         raise InputError("a detector needs a read noise of at least 0 and a full well of at least 1 electron")
     world = build_world(scene, design, texture, seed, sensor_height_mm)
-    lens = Lens() if aperture else None
+    lens = RenderedLens() if aperture else None
     samples = default_samples(lens) if samples is None else samples
     radiance = render_radiance(design, world, samples=samples, aperture=aperture, seed=seed, lens=lens)
     detector = None if read_noise_electrons is None else Detector(full_well_electrons, read_noise_electrons)

@@ -167,7 +167,7 @@ def derivatives_at(design: Design, view: ViewName, targets: Targets, values: Arr
 
 
 @dataclass(frozen=True, slots=True)
-class Light:
+class AimedRays:
     """Chief rays through points, and what the rays beside them do.
 
     ``slopes`` (2, T, n) at the pinhole; ``by_place`` (2, 2, T, n) how they change with the place in the pupil, 1/mm;
@@ -180,7 +180,7 @@ class Light:
     ahead: Array
 
 
-def aim(camera: PosedCamera, mirrors: list[PosedMirror], targets: Targets, slopes: Array) -> Light:
+def aim(camera: PosedCamera, mirrors: list[PosedMirror], targets: Targets, slopes: Array) -> AimedRays:
     """The rays from the pinhole that pass through the points, by Newton's method from slopes (2, T, n)."""
     zero = np.zeros(slopes.shape[1:])
     with np.errstate(all="ignore"):
@@ -199,7 +199,7 @@ def aim(camera: PosedCamera, mirrors: list[PosedMirror], targets: Targets, slope
             np.stack([value_of(part) + np.einsum("jtn,jtn->tn", slopes_of(part, 4)[:2], step) for part in triple])
             for triple in ray
         )
-    return Light(slopes + found, by_place + found, start + found, ahead + found)
+    return AimedRays(slopes + found, by_place + found, start + found, ahead + found)
 
 
 def _approach(
@@ -235,7 +235,7 @@ def _miss(
     return [side[1] / towards[1] - side[0] / towards[0] + aims for side in (to_right, up)], (point, ahead)
 
 
-def _blur_px(design: Design, built: PosedCamera, light: Light) -> Array:
+def _blur_px(design: Design, built: PosedCamera, light: AimedRays) -> Array:
     """Largest blur (T, n) in px of the light of the points.
 
     Light from the place a of the pupil reaches the point at other slopes than the chief ray, by a d slopes/da; the lens

@@ -11,9 +11,16 @@ from dataclasses import dataclass
 
 from designer.design import PerView, ViewName
 from designer.evaluate.depth import NoiseModel, StereoPair
-from designer.evaluate.noise import Exposure, ImagePoint, Light, Matching, Texture, matching_noise
+from designer.evaluate.noise import (
+    CameraSetting,
+    CollectedLight,
+    ImagePoint,
+    MatcherPerformance,
+    TextureSpectrum,
+    matching_noise,
+)
 from designer.optics.backend import Scalar, sqrt
-from designer.optics.focus import Lens, LightPath, chief_ray, reciprocal_along_ray, reciprocal_image_depth
+from designer.optics.focus import FocusedLens, LightPath, chief_ray, reciprocal_along_ray, reciprocal_image_depth
 from designer.optics.illumination import relative_illumination
 from designer.optics.view import half_angle_tangent, image_radius, image_radius_slope
 
@@ -36,13 +43,13 @@ class Conditions:
     pixel_pitch: Scalar
     wavelength: Scalar
     mirror_reflectivity: Scalar
-    texture: Texture
-    light: Light
-    matching: Matching
+    texture: TextureSpectrum
+    light: CollectedLight
+    matching: MatcherPerformance
 
 
 def noise_model(
-    conditions: Conditions, pair: StereoPair, lens: Lens, light: Mapping[ViewName, LightPath]
+    conditions: Conditions, pair: StereoPair, lens: FocusedLens, light: Mapping[ViewName, LightPath]
 ) -> Scalar | NoiseModel:
     """The noise of a match at any point, through a lens: a function of the slopes in both views and the distance.
 
@@ -73,7 +80,7 @@ def _noise_model(
 ) -> Scalar | NoiseModel:
     if isinstance(conditions.predicted_share, float) and conditions.predicted_share == 0.0:
         return conditions.constant
-    exposure = Exposure(conditions.pixel_pitch, f_number, wavelength=conditions.wavelength)
+    exposure = CameraSetting(conditions.pixel_pitch, f_number, wavelength=conditions.wavelength)
     views = {
         "lower": (pair.gain_lower, pair.sense_lower),
         "upper": (pair.gain_upper, pair.sense_upper),

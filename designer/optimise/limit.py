@@ -5,7 +5,7 @@ from __future__ import annotations
 from designer.design import PerView
 from designer.evaluate.depth import Volume
 from designer.evaluate.limit import ImageBounds, arrangement_of, depth_error_limit, limit_gains
-from designer.evaluate.noise import MATCHING, Light, Texture
+from designer.evaluate.noise import MATCHER_PERFORMANCE, CollectedLight, TextureSpectrum
 from designer.evaluate.predicted_noise import COARSEST_TEXTURE, FINEST_TEXTURE, Conditions, sharp_noise_model
 from designer.optics.backend import Scalar
 from designer.optimise.required_numbers import Specification
@@ -50,9 +50,9 @@ def conditions_of(specification: Specification) -> Conditions:
         specification.pixel_pitch,
         specification.wavelength,
         specification.mirror_reflectivity,
-        Texture(specification.texture_contrast, FINEST_TEXTURE * far, COARSEST_TEXTURE * far),
-        Light(specification.white_electrons, specification.white_f_number, specification.read_noise),
-        MATCHING["sad"],
+        TextureSpectrum(specification.texture_contrast, FINEST_TEXTURE * far, COARSEST_TEXTURE * far),
+        CollectedLight(specification.white_electrons, specification.white_f_number, specification.read_noise),
+        MATCHER_PERFORMANCE["sad"],
     )
 
 

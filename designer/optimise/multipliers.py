@@ -17,7 +17,7 @@ from designer.files import InputError
 from designer.optimise.branch import problem_of
 from designer.optimise.multistart import Candidate
 from designer.optimise.program import problem_parameters
-from designer.optimise.solver import Run, Target, minimise_for_multipliers
+from designer.optimise.solver import Run, StageTarget, minimise_for_multipliers
 from designer.requirement import Requirement, set_key
 from designer.requirement.design_quantities import design_quantities, number_at
 
@@ -57,7 +57,7 @@ def first_stage_multipliers(
     """
     goal = requirement.objective.minimise
     run = Run(first.problem, first.directions, first.scaled, first.scales)
-    result = minimise_for_multipliers(run, Target(goal))
+    result = minimise_for_multipliers(run, StageTarget(goal))
     scale = dict(zip(first.goals, first.scales, strict=True))[goal]
     reached, expected = result.objective * scale, first.goals[goal]
     if not result.converged or abs(reached - expected) > SAME_OPTIMUM * expected:

@@ -15,7 +15,7 @@ from designer.optics.backend import Scalar, absolute, maximum, tan
 from designer.optics.conic import FocalConic
 from designer.optics.focus import (
     ChiefRay,
-    Lens,
+    FocusedLens,
     LightPath,
     chief_ray,
     light_path_of_layout,
@@ -91,7 +91,7 @@ class System:
     values: Values
     specification: Specification
     slopes: PerView[Slopes]
-    lens: Lens
+    lens: FocusedLens
     light: Mapping[ViewName, LightPath]
     blurs: tuple[Blur, ...]
     paths: tuple[OpticalPath, OpticalPath]
@@ -146,7 +146,7 @@ class System:
 def put_together(variant: Variant, values: Values, specification: Specification) -> System:
     """Put a system together; the secondary's variables are ignored for direct configurations."""
     slopes = _needed_slopes(values, specification)
-    lens = Lens(values["principal_distance"], values["f_number"], values["reciprocal_focus"], specification.law)
+    lens = FocusedLens(values["principal_distance"], values["f_number"], values["reciprocal_focus"], specification.law)
     paths, blurs, light_paths = [], [], {}
     for chief in _paths(variant, values, slopes):
         light = light_path_of_layout(chief, values[f"{chief.view}_gain"], variant.sense(chief.view))
@@ -164,7 +164,7 @@ def put_together(variant: Variant, values: Values, specification: Specification)
 
 
 def _blurs(
-    view: ViewName, place: int, light: LightPath, ray: ChiefRay, lens: Lens, distances: tuple[Scalar, Scalar]
+    view: ViewName, place: int, light: LightPath, ray: ChiefRay, lens: FocusedLens, distances: tuple[Scalar, Scalar]
 ) -> list[Blur]:
     """The blur along one chief ray, near and far."""
     scale = absolute(image_radius_slope(ray.slope, light.gain, lens.principal_distance, light.sense, lens.law))

@@ -32,7 +32,7 @@ class _Record(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore")
 
 
-class Departure(_Record):
+class RecordedImpact(_Record):
     """One departure at its tolerance, calibrated: see :class:`designer.as_built.sensitivity.Impact`."""
 
     name: str
@@ -59,7 +59,7 @@ class Forgiveness(_Record):
     good_interval: tuple[float, float] | None = None
     first_order_holds: bool | None = None
     blurred: int | None = None
-    impacts: tuple[Departure, ...] = ()
+    impacts: tuple[RecordedImpact, ...] = ()
     problem: str = ""
 
     @property
@@ -185,7 +185,7 @@ def _record(study: ToleranceStudy) -> Forgiveness:
         first_order_holds=result.first_order_holds,
         blurred=result.blurred,
         impacts=tuple(
-            Departure(
+            RecordedImpact(
                 name=impact.parameter.name,
                 unit=impact.parameter.unit,
                 tolerance=impact.tolerance,

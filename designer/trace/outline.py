@@ -24,7 +24,7 @@ VIEW_SIDES: dict[ViewName, float] = {"upper": 1.0, "lower": -1.0}
 
 
 @dataclass(frozen=True, slots=True)
-class Box:
+class CylinderSection:
     """A cylinder about the axis in section."""
 
     radius: float
@@ -63,14 +63,14 @@ def substrate(mirror: Mirror, samples: int, side: float = 1.0) -> Polyline:
     return np.vstack([front, back[::-1], front[:1]])
 
 
-def lens_box(camera: Camera, lowest: float = -np.inf) -> Box:
+def lens_box(camera: Camera, lowest: float = -np.inf) -> CylinderSection:
     """The lens barrel, cut off below a height."""
-    return Box(camera.lens_radius_mm, max(camera.lens_seat_mm, lowest), camera.lens_front_mm)
+    return CylinderSection(camera.lens_radius_mm, max(camera.lens_seat_mm, lowest), camera.lens_front_mm)
 
 
-def body_box(camera: Camera, lowest: float) -> Box:
+def body_box(camera: Camera, lowest: float) -> CylinderSection:
     """The camera body, which reaches down without end, cut off below a height."""
-    return Box(camera.body_radius_mm, lowest, camera.lens_seat_mm)
+    return CylinderSection(camera.body_radius_mm, lowest, camera.lens_seat_mm)
 
 
 def leaving_rays(design: Design, view: ViewName, count: int, length_mm: float) -> list[Polyline]:

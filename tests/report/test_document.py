@@ -23,7 +23,7 @@ from designer.report.content.sections import source
 from designer.report.content.tables import excluded, fabrication, ranking
 from designer.report.document import draw_figures, write_pdf
 from designer.report.figures import registry
-from designer.report.figures.registry import PAGE_PANEL, Drawing, ReportFigure
+from designer.report.figures.registry import PAGE_PANEL, DrawnFigure, ReportFigure
 from designer.report.typst.pdf import typeset
 from designer.requirement import set_key
 from designer.study.folder import read_study
@@ -358,7 +358,11 @@ def test_a_study_of_few_configurations_has_no_nearly_empty_page(count: int, page
 
 def test_a_new_panel_is_one_entry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     panel = ReportFigure(
-        "baseline", PAGE_PANEL, (82.0, 52.0), lambda design, width, height: Drawing(SQUARE), lambda design: "Baseline"
+        "baseline",
+        PAGE_PANEL,
+        (82.0, 52.0),
+        lambda design, width, height: DrawnFigure(SQUARE),
+        lambda design: "Baseline",
     )
     monkeypatch.setattr(registry, "DESIGN_FIGURES", (*registry.DESIGN_FIGURES, panel))
     study = read_study(write_sample_study(tmp_path / "panel", designs=(prototype(), two_direct_mirrors())))

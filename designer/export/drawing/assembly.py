@@ -10,7 +10,17 @@ from designer.design import VIEW_NAMES, Design, Mirror, ViewName
 from designer.evaluate.fabrication import size_of
 from designer.export.drawing import paper
 from designer.export.drawing.paper import Drawn, Point, area, balloon, dot, hatched, label, level_dimension, line
-from designer.trace.outline import SIDES, Box, Polyline, body_box, face, face_height, leaving_rays, lens_box, substrate
+from designer.trace.outline import (
+    SIDES,
+    CylinderSection,
+    Polyline,
+    body_box,
+    face,
+    face_height,
+    leaving_rays,
+    lens_box,
+    substrate,
+)
 from designer.typesetting.markup import number
 
 Placing = Callable[[float, float], Point]
@@ -92,7 +102,7 @@ def _cut_off(points: Sequence[Point], frame: tuple[float, float, float, float]) 
     return [*kept, (x + share * (u - x), y + share * (v - y))]
 
 
-def _open_below(box: Box, at: Placing) -> str:
+def _open_below(box: CylinderSection, at: Placing) -> str:
     corners = [at(-box.radius, box.low), at(-box.radius, box.high), at(box.radius, box.high), at(box.radius, box.low)]
     return area(corners, 0.0, 'rgb("#f2f2f2")', "white") + line(corners, 0.25)
 

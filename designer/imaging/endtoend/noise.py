@@ -19,7 +19,7 @@ from designer.design import Design, PerView
 from designer.evaluate.depth import depth_error_of_slopes, stereo_pair_of
 from designer.imaging.images import Image
 from designer.imaging.render.detector import Detector, expose
-from designer.imaging.render.lens import Lens, default_samples
+from designer.imaging.render.lens import RenderedLens, default_samples
 from designer.imaging.render.raytracing import render_all
 from designer.imaging.render.scenes.world import Array, World, first_surfaces
 from designer.imaging.render.sensor import sensor_of
@@ -121,7 +121,7 @@ def record(
     detector: Detector,
     samples: int | None,
     seeds: Sequence[int],
-    lens: Lens | None,
+    lens: RenderedLens | None,
 ) -> list[Image]:
     """The raw images (h, w) in 8 bits that a system records of worlds, each with its seed of the detector's noise.
 

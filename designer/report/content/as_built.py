@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from designer.report.content.tables import percent, percent_decimals
-from designer.report.figures.registry import AS_BUILT, Drawing, study_figures
+from designer.report.figures.registry import AS_BUILT, DrawnFigure, study_figures
 from designer.study.study import Study
-from designer.study.tolerances import Departure, Forgiveness, StudyTolerances
+from designer.study.tolerances import Forgiveness, RecordedImpact, StudyTolerances
 from designer.typesetting.markup import DASH, call, cells, literal, number, text, typographic
 
 SHOWN_IMPACTS = 12
 """The departures of the winner that are listed, the worst first."""
 
 
-def as_built(study: Study, drawings: Mapping[str, Drawing]) -> str:
+def as_built(study: Study, drawings: Mapping[str, DrawnFigure]) -> str:
     """Yield and depth error of sensors built to one set of tolerances; nothing if none was asked for."""
     found = study.tolerances
     if found is None or not found.designs:
@@ -108,7 +108,7 @@ def _impacts(first: Forgiveness) -> str:
     return f"#figure({table.removeprefix('#')}, kind: table, caption: [{caption}])"
 
 
-def _impact(impact: Departure) -> list[str]:
+def _impact(impact: RecordedImpact) -> list[str]:
     unit = f" {impact.unit.replace('deg', '°')}" if impact.unit else ""
     if impact.allowed is None:
         allowed = "any" if impact.is_harmless else "unknown"

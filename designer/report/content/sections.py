@@ -35,7 +35,7 @@ from designer.report.figures.registry import (
     TRADE,
     WINNER_DRAWING,
     WINNER_PANEL,
-    Drawing,
+    DrawnFigure,
     design_figures,
     study_figures,
 )
@@ -51,7 +51,7 @@ PAPER_STUDY = "indoor_robot"
 """The requirement taken from the paper's prototype, which is then shown beside the paper's numbers."""
 
 
-Drawings = Mapping[str, Drawing]
+Drawings = Mapping[str, DrawnFigure]
 """The figures by the names of their files."""
 
 

@@ -34,14 +34,14 @@ VIEWPOINT_MARKER = {"upper": "^", "lower": "v"}
 
 
 @dataclass(frozen=True, slots=True)
-class Drawing:
+class ScaledFigure:
     """A finished drawing and its reduction 1 : ``scale``."""
 
     figure: Figure
     scale: float
 
 
-def draw_cross_section(design: Design, width_mm: float, height_mm: float) -> Drawing:
+def draw_cross_section(design: Design, width_mm: float, height_mm: float) -> ScaledFigure:
     """Draw a design within a space on paper: the upper view's rays on the right, the lower view's on the left.
 
     Rays fan out over the elevations asked of each view; dotted lines lead the leaving rays back to the viewpoint.
@@ -70,7 +70,7 @@ def draw_cross_section(design: Design, width_mm: float, height_mm: float) -> Dra
     _draw_balloons(axes, design, scale)
     _draw_viewpoints(axes, design, frame, scale)
     _draw_dimensions(axes, design, outline, frame, scale)
-    return Drawing(figure, scale)
+    return ScaledFigure(figure, scale)
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ import numpy as np
 from designer.design import Design
 from designer.files import InputError
 from designer.imaging.render.scenes.hall import hall
-from designer.imaging.render.scenes.layout import DRAWN_REACH_MM, Thing, Volume, volume_of
+from designer.imaging.render.scenes.layout import DRAWN_REACH_MM, DrawnVolume, Thing, volume_of
 from designer.imaging.render.scenes.materials import Finishes, make_material
 from designer.imaging.render.scenes.office import office
 from designer.imaging.render.scenes.pipe import PICTURE_MM, pipe, pipe_radius
@@ -25,7 +25,7 @@ from designer.imaging.render.scenes.sky import sky
 from designer.imaging.render.scenes.world import World
 from designer.imaging.render.textures import make_texture
 
-SCENES: dict[str, Callable[[Volume], list[Thing]]] = {"office": office, "pipe": pipe, "hall": hall, "sky": sky}
+SCENES: dict[str, Callable[[DrawnVolume], list[Thing]]] = {"office": office, "pipe": pipe, "hall": hall, "sky": sky}
 """What stands in each scene that is drawn for a working volume; an entry here is a scene."""
 SCENE_NAMES = (*SCENES, "cylinder")
 MESH_SUFFIXES = (".obj", ".ply", ".stl", ".glb", ".gltf", ".off")
