@@ -312,12 +312,12 @@ def compare_equalisation(rig: StereoRig, image: ArrayLike | str | Path) -> Equal
     InputError
         The rig does not equalise, or the image cannot be used.
     """
-    from designer.imaging.endtoend.equalisation_experiment import compare, sampling_methods
+    from designer.imaging.endtoend.equalisation_experiment import compare_methods, sampling_methods
     from designer.imaging.stereo.rig import in_grey
 
     if rig.equalisers is None:
         raise InputError("this rig was built without equalisation: use equalise=True")
-    return compare(sampling_methods(rig), in_grey(image_of(image, rig.design.camera)))
+    return compare_methods(sampling_methods(rig), in_grey(image_of(image, rig.design.camera)))
 
 
 def image_of(image: ArrayLike | str | Path, camera: Camera) -> Image:

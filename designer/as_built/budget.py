@@ -26,8 +26,8 @@ from designer.as_built.tolerances import (
     growth_of,
     is_open,
     key_of,
+    tolerance_of_grade,
     tolerance_values,
-    value_of,
 )
 from designer.as_built.yields import CUT_OFF, Yield, simulate
 
@@ -257,4 +257,6 @@ def _loosened(allocation: _Allocation, classes: Array, aim: float, trials: int) 
 
 def _choice(item: Item, chosen: int) -> ChosenClass:
     grade = CLASSES[chosen]
-    return ChosenClass(item.part, item.key, grade, value_of(grade, item.part, item.key), float(item.costs[chosen]))
+    return ChosenClass(
+        item.part, item.key, grade, tolerance_of_grade(grade, item.part, item.key), float(item.costs[chosen])
+    )

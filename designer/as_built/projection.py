@@ -15,7 +15,7 @@ import numpy as np
 from designer.as_built.dual import Array, Number, slopes_of, value_of, variables
 from designer.as_built.image import built_places, slopes_towards, stretched
 from designer.as_built.parameters import CAMERA, parameters_of, systems_of
-from designer.as_built.tracing import PosedCamera, PosedMirror, Triple, follow, leave_camera
+from designer.as_built.tracing import PosedCamera, PosedMirror, Triple, follow_rays, leave_camera
 from designer.design import Design, ViewName
 
 # A pixel is some 3e-4 of slope. Newton's method squares the error with its last step, so less than 1e-12 is left.
@@ -224,7 +224,7 @@ def _miss(
 
     NaN for a ray that points away from its point.
     """
-    point, ahead = follow(mirrors, *leave_camera(camera, (slopes[0], slopes[1]), start))
+    point, ahead = follow_rays(mirrors, *leave_camera(camera, (slopes[0], slopes[1]), start))
     x, y, z = targets.points_mm
     offset = (x - point[0], y - point[1], z - point[2])
     to_right, up, towards = (

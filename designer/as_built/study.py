@@ -155,7 +155,7 @@ def study_tolerances(
     return ToleranceStudy(model, tolerances, values, impacts, found, seed, align, problems, budget)
 
 
-def write_study(study: ToleranceStudy, folder: Path, written_trials: Sequence[int] = ()) -> list[Path]:
+def write_tolerance_study(study: ToleranceStudy, folder: Path, written_trials: Sequence[int] = ()) -> list[Path]:
     """Write the results folder, and a design file for some trials; returns the files.
 
     Raises

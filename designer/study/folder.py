@@ -43,10 +43,10 @@ from designer.study.names import (
     RESULTS,
     TOLERANCES,
     UNCHECKED,
-    check_folder,
     design_name,
     design_path,
     figure_name,
+    folder_of_check,
 )
 from designer.study.row import Row, frame_of, read_row
 from designer.study.study import LensRow, ParetoRow, Study
@@ -202,9 +202,10 @@ def with_checks(study: Study, folder: Path) -> Study:
         return study
     from designer.study.checked import read_check, read_unchecked
 
-    checks = {name: read_check(check_folder(folder, name), design) for name, design in study.designs.items()}
+    checks = {name: read_check(folder_of_check(folder, name), design) for name, design in study.designs.items()}
     reasons = {
-        name: read_unchecked(check_folder(folder, name) / UNCHECKED, design) for name, design in study.designs.items()
+        name: read_unchecked(folder_of_check(folder, name) / UNCHECKED, design)
+        for name, design in study.designs.items()
     }
     return replace(
         study,

@@ -50,7 +50,7 @@ def face_height(mirror: Mirror, radius: float) -> float:
     return mirror.vertex_mm + float(sag(mirror, radius))
 
 
-def face(mirror: Mirror, samples: int, side: float = 1.0) -> Polyline:
+def face_outline(mirror: Mirror, samples: int, side: float = 1.0) -> Polyline:
     """A mirror's face from its inner to its outer rim, on one side of the axis."""
     radii = np.linspace(mirror.inner_radius_mm, mirror.outer_radius_mm, samples)
     return np.column_stack([side * radii, mirror.vertex_mm + sag(mirror, radii)])
@@ -58,7 +58,7 @@ def face(mirror: Mirror, samples: int, side: float = 1.0) -> Polyline:
 
 def substrate(mirror: Mirror, samples: int, side: float = 1.0) -> Polyline:
     """A mirror's face and its back as one closed polyline, on one side of the axis."""
-    front = face(mirror, samples, side)
+    front = face_outline(mirror, samples, side)
     back = front + np.array([0.0, mirror.back_offset_mm])
     return np.vstack([front, back[::-1], front[:1]])
 

@@ -20,7 +20,7 @@ from designer.files import InputError
 from designer.report.content.legible import legible_source
 from designer.report.content.lens import other_projections
 from designer.report.content.sections import source
-from designer.report.content.tables import excluded, fabrication, ranking
+from designer.report.content.tables import excluded, fabrication, ranking_table
 from designer.report.document import draw_figures, write_pdf
 from designer.report.figures import registry
 from designer.report.figures.registry import PAGE_PANEL, DrawnFigure, ReportFigure
@@ -63,7 +63,7 @@ def test_the_same_folder_gives_the_same_bytes_in_any_number_of_processes(folder:
 
 def test_all_44_stand_in_the_ranking_with_status_and_reason(folder: Path) -> None:
     study = read_study(folder)
-    table = ranking(study.rows)
+    table = ranking_table(study.rows)
     listed = re.findall(r'name-of\("([^"]+)"\)', table)
     assert sorted(listed) == sorted(configuration.name for configuration in enumerate_configurations())
     assert [row.rank for row in study.feasible] == list(range(1, len(study.feasible) + 1))
@@ -252,7 +252,7 @@ def test_errors_beyond_first_order_are_flagged_everywhere(
     text = source(study, {})
     assert verdict_says in text
     assert "A star marks errors that exceed 6.5 % somewhere" in text
-    table = ranking(study.rows)
+    table = ranking_table(study.rows)
     assert (table.count('#text("*")'), table.count('#hide("*")')) == (1, 1)
     assert page_says in text
     assert write_pdf(read_study(path), path).exists()

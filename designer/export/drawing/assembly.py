@@ -15,8 +15,8 @@ from designer.trace.outline import (
     CylinderSection,
     Polyline,
     body_box,
-    face,
     face_height,
+    face_outline,
     leaving_rays,
     lens_box,
     substrate,
@@ -86,7 +86,7 @@ def _outlines(mirror: Mirror) -> list[Polyline]:
     """A mirror's section on both sides of the axis; one piece where there is no hole."""
     if mirror.inner_radius_mm > 0.0:
         return [substrate(mirror, _SAMPLES, side)[:-1] for side in SIDES]
-    front = np.vstack([face(mirror, _SAMPLES, -1.0)[::-1], face(mirror, _SAMPLES)[1:]])
+    front = np.vstack([face_outline(mirror, _SAMPLES, -1.0)[::-1], face_outline(mirror, _SAMPLES)[1:]])
     return [np.vstack([front, (front + np.array([0.0, mirror.back_offset_mm]))[::-1]])]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from designer.report.content.tables import percent, percent_decimals
+from designer.report.content.tables import in_percent, percent_decimals
 from designer.report.figures.registry import AS_BUILT, DrawnFigure, study_figures
 from designer.study.study import Study
 from designer.study.tolerances import Forgiveness, RecordedImpact, StudyTolerances
@@ -76,7 +76,7 @@ def _designs(study: Study, found: StudyTolerances) -> str:
             [
                 rank,
                 each.configuration,
-                percent(each.depth_error_as_designed, decimals),
+                in_percent(each.depth_error_as_designed, decimals),
                 _or_none(each.median, decimals),
                 _or_none(each.high, decimals),
                 f"{number(100 * (each.good or 0.0), 1)} ({number(100 * low, 1)} to {number(100 * high, 1)})",
@@ -132,8 +132,8 @@ def _reading(found: StudyTolerances) -> str:
 
 
 def _or_none(value: float | None, decimals: int) -> str:
-    return "no depth" if value is None else percent(value, decimals)
+    return "no depth" if value is None else in_percent(value, decimals)
 
 
 def _percent(value: float | None) -> str:
-    return "no depth" if value is None else f"{percent(value, percent_decimals([value], significant=4))} %"
+    return "no depth" if value is None else f"{in_percent(value, percent_decimals([value], significant=4))} %"

@@ -14,7 +14,7 @@ from designer.optimise.multipliers import F_NUMBER
 from designer.report.figures.sweep import letters_of, short
 from designer.report.figures.sweep_registry import HOW_GOOD, PARETO, SWEEP_FIGURES, WHO_WINS, SweepTables
 from designer.requirement.design_quantities import design_quantities
-from designer.study.sweep.designs import sensitivities
+from designer.study.sweep.designs import multipliers_of_designs
 from designer.study.sweep.store import read_store
 from designer.study.sweep.tables import axis_columns, requirement_of
 from designer.typesetting.glyphs import ELLIPSIS, missing_characters, without_characters
@@ -141,7 +141,7 @@ def _median(values: pd.Series[float]) -> str:
 def sensitivity_section(folder: Path, best: pd.DataFrame, goal: str) -> str:
     """What one more unit of each key does to the first objective of some winners."""
     chosen = best.iloc[np.unique(np.linspace(0, len(best) - 1, SENSITIVITIES_SHOWN).round().astype(int))]
-    slopes = sensitivities(folder, list(zip(chosen["point"], chosen["configuration"], strict=True)))
+    slopes = multipliers_of_designs(folder, list(zip(chosen["point"], chosen["configuration"], strict=True)))
     keys = [key for key in slopes.columns[2:] if slopes[key].abs().max() > 0.0]
     if slopes.empty or not keys:
         return ""

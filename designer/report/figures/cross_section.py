@@ -15,8 +15,8 @@ from designer.report.figures.style import GREY, HALO, INK, LIGHT_GREY, VIEW_COLO
 from designer.trace.outline import (
     SIDES,
     body_box,
-    face,
     face_height,
+    face_outline,
     leaving_rays,
     lens_box,
     substrate,
@@ -163,7 +163,7 @@ def _draw_camera(axes: Axes, design: Design, frame: _Frame) -> None:
 
 def _draw_mirror(axes: Axes, mirror: Mirror) -> None:
     for side in SIDES:
-        blank, front = substrate(mirror, SAMPLES_OF_A_FACE, side), face(mirror, SAMPLES_OF_A_FACE, side)
+        blank, front = substrate(mirror, SAMPLES_OF_A_FACE, side), face_outline(mirror, SAMPLES_OF_A_FACE, side)
         axes.add_patch(Polygon(blank[:-1], facecolor=LIGHT_GREY, edgecolor=GREY, linewidth=0.4, zorder=4))
         axes.plot(front[:, 0], front[:, 1], color=INK, linewidth=1.7, solid_capstyle="butt", zorder=5)
 

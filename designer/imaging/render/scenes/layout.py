@@ -63,7 +63,7 @@ class DrawnVolume:
         return min(-usual_mm, self.bottom(DRAWN_REACH_MM))
 
 
-def volume_of(design: Design, sensor_height_mm: float | None) -> tuple[DrawnVolume, float]:
+def drawn_volume_of(design: Design, sensor_height_mm: float | None) -> tuple[DrawnVolume, float]:
     """The working volume of a design as drawn, and the scale from there to the design's mm."""
     near, far = design.working_volume.distance_mm
     low, high = np.tan(np.radians(design.working_volume.elevation_deg))

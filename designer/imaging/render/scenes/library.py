@@ -16,7 +16,7 @@ import numpy as np
 from designer.design import Design
 from designer.files import InputError
 from designer.imaging.render.scenes.hall import hall
-from designer.imaging.render.scenes.layout import DRAWN_REACH_MM, DrawnVolume, Thing, volume_of
+from designer.imaging.render.scenes.layout import DRAWN_REACH_MM, DrawnVolume, Thing, drawn_volume_of
 from designer.imaging.render.scenes.materials import Finishes, make_material
 from designer.imaging.render.scenes.office import office
 from designer.imaging.render.scenes.pipe import PICTURE_MM, pipe, pipe_radius
@@ -73,7 +73,7 @@ def build_world(
         return make_world(scene, [round_wall(float(np.sqrt(near * far)), middle, far)], far, texture, seed)
     if scene not in SCENES:
         raise InputError(f"scene {scene!r}: must be one of auto, {', '.join(SCENE_NAMES)}, or a mesh file")
-    volume, scale = volume_of(design, sensor_height_mm)
+    volume, scale = drawn_volume_of(design, sensor_height_mm)
     # The nearest first: what they hide need not be looked for.
     things = sorted(SCENES[scene](volume), key=_nearness)
     world = make_world(scene, [_placed(thing.shape, scale, middle) for thing in things], far, texture, seed)
