@@ -111,37 +111,21 @@ def slope_error(
     return noise_mm * (1.0 + slope * slope) / image_radius_slope(slope, gain, principal_distance, sense, law)
 
 
-def relative_depth_error(
-    elevation_tangent_lower: Scalar,
-    elevation_tangent_upper: Scalar,
-    gain_lower: Scalar,
-    sense_lower: Sense,
-    gain_upper: Scalar,
-    sense_upper: Sense,
-    baseline: Scalar,
-    principal_distance: Scalar,
-    noise_mm: Scalar | PerView[Scalar],
-    law: ImageLaw = PERSPECTIVE,
-) -> Scalar:
-    """sigma_D / D, to first order, of the point seen at the two given slopes.
+def depth_error_of_slopes(pair: StereoPair, slopes: PerView[Scalar], noise_mm: Scalar | PerView[Scalar]) -> Scalar:
+    """sigma_D / D by noise alone, to first order, of the point that the views see at the given slopes.
 
     Parameters
     ----------
-    elevation_tangent_lower, elevation_tangent_upper
-        tan(phi) at the lower and at the upper viewpoint; the distance is baseline / (lower - upper).
-    gain_lower, sense_lower, gain_upper, sense_upper
-        The gain kappa and the sense of each view.
-    baseline, principal_distance
-        In mm.
+    slopes
+        tan(phi) at each viewpoint; the distance is baseline / (lower - upper).
     noise_mm
         Standard deviation of the image radius, in mm on the sensor: of both views alike, or of each.
-    law
-        That of the lens.
     """
     noise = noise_mm if isinstance(noise_mm, PerView) else PerView(lower=noise_mm, upper=noise_mm)
-    error_lower = slope_error(elevation_tangent_lower, gain_lower, sense_lower, principal_distance, noise.lower, law)
-    error_upper = slope_error(elevation_tangent_upper, gain_upper, sense_upper, principal_distance, noise.upper, law)
-    distance_per_baseline = 1.0 / (elevation_tangent_lower - elevation_tangent_upper)
+    principal_distance, law = pair.principal_distance, pair.law
+    error_lower = slope_error(slopes.lower, pair.gain_lower, pair.sense_lower, principal_distance, noise.lower, law)
+    error_upper = slope_error(slopes.upper, pair.gain_upper, pair.sense_upper, principal_distance, noise.upper, law)
+    distance_per_baseline = 1.0 / (slopes.lower - slopes.upper)
     # sqrt(x^2 + y^2) of the two never vanishes, so its derivative stays finite for the optimiser.
     return distance_per_baseline * sqrt(error_lower * error_lower + error_upper * error_upper)
 
@@ -350,22 +334,6 @@ def _relative_depth_error_at(
         return by_noise
     by_scale = scale_uncertainty * depth_shift_per_scale(pair, slope, distance)
     return sqrt(by_noise * by_noise + by_scale * by_scale)
-
-
-def depth_error_of_slopes(pair: StereoPair, slopes: PerView[Scalar], noise_mm: Scalar | PerView[Scalar]) -> Scalar:
-    """sigma_D / D by noise alone where the views see a point at the given tan(phi)."""
-    return relative_depth_error(
-        slopes.lower,
-        slopes.upper,
-        pair.gain_lower,
-        pair.sense_lower,
-        pair.gain_upper,
-        pair.sense_upper,
-        pair.baseline,
-        pair.principal_distance,
-        noise_mm,
-        pair.law,
-    )
 
 
 @lru_cache

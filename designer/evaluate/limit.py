@@ -59,11 +59,11 @@ class ImageBounds:
 
 @dataclass(frozen=True, slots=True)
 class LeastLimit:
-    """The least limit over a range of baselines and principal distances, and where it lies (mm)."""
+    """The least limit over a range of baselines and principal distances, and where it lies."""
 
     depth_error_rms: float
-    baseline: float
-    principal_distance: float
+    baseline_mm: float
+    principal_distance_mm: float
 
 
 def arrangement_of(family: Family, topology: Topology) -> Arrangement:
@@ -152,8 +152,8 @@ def least_limit_over(
             best = LeastLimit(float(scores[index]), float(baseline[index]), float(principal_distance[index]))
         spans = [span * 2.0 / (_GRID_NODES - 1) for span in spans]
         ranges = (
-            _clipped(best.baseline, spans[0], baselines),
-            _clipped(best.principal_distance, spans[1], principal_distances),
+            _clipped(best.baseline_mm, spans[0], baselines),
+            _clipped(best.principal_distance_mm, spans[1], principal_distances),
         )
     if not np.isfinite(best.depth_error_rms):
         raise ValueError("the outer zone and the gap leave no space for the inner zone")

@@ -28,8 +28,22 @@ def refuse(allowed: str, key: str = "", value: object = _NO_VALUE) -> NoReturn:
     raise PydanticCustomError("refused", "{allowed}", context)
 
 
+class CheckedAnnotation:
+    """Base of pydantic type annotations that validate with their own :meth:`check` alone, whatever the type."""
+
+    __slots__ = ()
+
+    def check(self, value: object) -> object:
+        """Return the value to keep, or refuse it."""
+        raise NotImplementedError
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Validate with :meth:`check`."""
+        return core_schema.no_info_plain_validator_function(self.check)
+
+
 @dataclass(frozen=True, slots=True)
-class Quantity:
+class Quantity(CheckedAnnotation):
     """A pydantic type annotation: a number within limits, a range [low, high] of two, or either.
 
     Finite numbers only, unless ``may_be_infinite``; no strings and no booleans. The hints name the likely mistake
@@ -44,10 +58,6 @@ class Quantity:
     shape: Literal["number", "range", "number or range"] = "number"
     whole: bool = False
     may_be_infinite: bool = False
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Validate with :meth:`check` alone, whatever the annotated type."""
-        return core_schema.no_info_plain_validator_function(self.check)
 
     @property
     def allowed(self) -> str:
@@ -104,15 +114,11 @@ class DesignQuantity(Quantity):
 
 
 @dataclass(frozen=True, slots=True)
-class Coefficients:
+class Coefficients(CheckedAnnotation):
     """A pydantic type annotation: an array of numbers without a unit, at most so many, each at most so large."""
 
     most: int
     largest: float
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Validate with :meth:`check` alone, whatever the annotated type."""
-        return core_schema.no_info_plain_validator_function(self.check)
 
     @property
     def allowed(self) -> str:
@@ -133,14 +139,10 @@ class Coefficients:
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class Choice(CheckedAnnotation):
     """A pydantic type annotation: one of some words."""
 
     words: tuple[str, ...]
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Validate with :meth:`check` alone, whatever the annotated type."""
-        return core_schema.no_info_plain_validator_function(self.check)
 
     @property
     def allowed(self) -> str:
@@ -157,15 +159,11 @@ class Choice:
 
 
 @dataclass(frozen=True, slots=True)
-class NumberOrWord:
+class NumberOrWord(CheckedAnnotation):
     """A pydantic type annotation: a quantity, or one word instead."""
 
     quantity: Quantity
     word: str
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Validate with :meth:`check` alone, whatever the annotated type."""
-        return core_schema.no_info_plain_validator_function(self.check)
 
     @property
     def unit(self) -> str:

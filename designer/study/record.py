@@ -12,7 +12,7 @@ from designer.configurations import Configuration, MirrorKind
 from designer.design import Camera, Design, Mirror, View, ViewName, Views, WorkingVolume
 from designer.evaluate.depth import Volume, depth_error_rms, noise_mm_of
 from designer.evaluate.fabrication import mirror_shape
-from designer.evaluate.limit import ImageBounds, NoiseOfPair, arrangement_of, least_limit_over
+from designer.evaluate.limit import ImageBounds, LeastLimit, NoiseOfPair, arrangement_of, least_limit_over
 from designer.evaluate.predicted_noise import sharp_noise_model
 from designer.evaluate.score import evaluate_design
 from designer.goals import in_columns
@@ -25,7 +25,7 @@ from designer.optimise.required_numbers import specification_of
 from designer.optimise.search import SearchResult
 from designer.optimise.system import put_together
 from designer.requirement import Lens, Requirement
-from designer.study.score import LeastLimit, StudyScore
+from designer.study.score import StudyScore
 
 # Focused farther than any requirement can say, a lens is focused at infinity; so is one that rounding takes beyond.
 AT_INFINITY_PER_MM = 1e-9
@@ -245,5 +245,4 @@ def least_limit_of(requirement: Requirement, configuration: Configuration) -> Le
             )
     if not limits:
         raise ValueError("with every lens the outer zone and the gap leave no space for the inner zone")
-    least = min(limits, key=lambda limit: limit.depth_error_rms)
-    return LeastLimit(least.depth_error_rms, least.baseline, least.principal_distance)
+    return min(limits, key=lambda limit: limit.depth_error_rms)

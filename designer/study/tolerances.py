@@ -11,13 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from designer.as_built.study import ToleranceStudy, percentiles, study_tolerances
 from designer.as_built.tolerances import Tolerances
 from designer.design import Design, design_to_json
-from designer.files import InputError, describe_validation_error, read_text, write_atomically
+from designer.files import InputError, describe_validation_error, finite, read_text, write_atomically
 from designer.own_files import sha256
 from designer.study.manifest import announce, settle
 from designer.study.names import TOLERANCES
@@ -179,7 +178,7 @@ def _record(study: ToleranceStudy) -> Forgiveness:
         configuration=study.model.design.configuration,
         design_sha256=_fingerprint(study.model.design),
         depth_error_as_designed=study.model.noise,
-        depth_errors=tuple(_finite(value) for value in percentiles(study.trials.depth_error_after, range(101))),
+        depth_errors=tuple(finite(value) for value in percentiles(study.trials.depth_error_after, range(101))),
         good=result.value,
         good_interval=result.interval,
         first_order_holds=result.first_order_holds,
@@ -189,7 +188,7 @@ def _record(study: ToleranceStudy) -> Forgiveness:
                 name=impact.parameter.name,
                 unit=impact.parameter.unit,
                 tolerance=impact.tolerance,
-                growth=_finite(impact.growth_after),
+                growth=finite(impact.growth_after),
                 allowed=impact.allowed,
                 allowed_by=impact.allowed_by,
                 is_harmless=impact.is_harmless,
@@ -205,7 +204,3 @@ def _failed(design: Design, problem: str) -> Forgiveness:
 
 def _fingerprint(design: Design) -> str:
     return sha256(design_to_json(design).encode())
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

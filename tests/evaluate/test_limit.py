@@ -129,7 +129,9 @@ def test_least_limit_is_below_every_other():
             limits = depth_error_limit(arrangement, volume, baseline, focal, bounds, NOISE_MM)[has_room]
             assert least.depth_error_rms <= limits.min()
             assert least.depth_error_rms == pytest.approx(limits.min(), rel=0.02)
-            here = depth_error_limit(arrangement, volume, least.baseline, least.principal_distance, bounds, NOISE_MM)
+            here = depth_error_limit(
+                arrangement, volume, least.baseline_mm, least.principal_distance_mm, bounds, NOISE_MM
+            )
             assert here == pytest.approx(least.depth_error_rms, rel=1e-12)
 
 
@@ -144,8 +146,8 @@ def test_without_an_envelope_there_is_a_best_baseline():
     """A longer baseline gains parallax but widens the range of elevations that each view has to hold."""
     arrangement, bounds = arrangement_of("folded", "upper_outer"), ImageBounds(2.64)
     least = least_limit_over(arrangement, ROBOT, (20.0, 8000.0), (12.0, 12.0), bounds, NOISE_MM)
-    assert 3000 < least.baseline < 3500
-    beside = least.baseline * np.array([0.97, 1.03])
+    assert 3000 < least.baseline_mm < 3500
+    beside = least.baseline_mm * np.array([0.97, 1.03])
     assert np.all(depth_error_limit(arrangement, ROBOT, beside, 12.0, bounds, NOISE_MM) > least.depth_error_rms)
 
 
