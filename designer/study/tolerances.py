@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from designer.as_built.model import perturbable
@@ -21,7 +20,7 @@ from designer.as_built.tolerances import Tolerances, tolerance_values
 from designer.as_built.yields import expected_depth_error
 from designer.design import Design, design_to_json
 from designer.evaluate.score import check_image_law
-from designer.files import InputError, describe_validation_error, read_text, write_atomically
+from designer.files import InputError, describe_validation_error, finite, read_text, write_atomically
 from designer.own_files import sha256
 from designer.study.manifest import announce, settle
 from designer.study.names import TOLERANCES
@@ -36,7 +35,7 @@ class _Record(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore")
 
 
-class Departure(_Record):
+class RecordedImpact(_Record):
     """One departure at its tolerance, calibrated: see :class:`designer.as_built.sensitivity.Impact`."""
 
     name: str
@@ -63,7 +62,7 @@ class Forgiveness(_Record):
     good_interval: tuple[float, float] | None = None
     first_order_holds: bool | None = None
     blurred: int | None = None
-    impacts: tuple[Departure, ...] = ()
+    impacts: tuple[RecordedImpact, ...] = ()
     problem: str = ""
 
     @property
@@ -207,17 +206,17 @@ def _record(study: ToleranceStudy) -> Forgiveness:
         configuration=study.model.design.configuration,
         design_sha256=_fingerprint(study.model.design),
         depth_error_as_designed=study.model.noise,
-        depth_errors=tuple(_finite(value) for value in percentiles(study.trials.depth_error_after, range(101))),
+        depth_errors=tuple(finite(value) for value in percentiles(study.trials.depth_error_after, range(101))),
         good=result.value,
         good_interval=result.interval,
         first_order_holds=result.first_order_holds,
         blurred=result.blurred,
         impacts=tuple(
-            Departure(
+            RecordedImpact(
                 name=impact.parameter.name,
                 unit=impact.parameter.unit,
                 tolerance=impact.tolerance,
-                growth=_finite(impact.growth_after),
+                growth=finite(impact.growth_after),
                 allowed=impact.allowed,
                 allowed_by=impact.allowed_by,
                 is_harmless=impact.is_harmless,
@@ -233,7 +232,3 @@ def _failed(design: Design, problem: str) -> Forgiveness:
 
 def _fingerprint(design: Design) -> str:
     return sha256(design_to_json(design).encode())
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
