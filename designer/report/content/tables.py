@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
+from designer.as_built.allowances import MirrorAllowance, mirror_allowance
+from designer.as_built.tolerances import Tolerances
 from designer.design import Design
 from designer.evaluate.fabrication import mirror_shape
 from designer.study.row import Row
@@ -29,9 +31,12 @@ def percent_decimals(values: Iterable[float | None], significant: int = 4) -> in
     return max(significant - 1 - math.floor(math.log10(min(known))), 0) if known else significant
 
 
-def prescription(design: Design) -> str:
-    """The mirrors as opticians write them; the first column numbers them as the cross-section does."""
-    rows = []
+def prescription(design: Design, tolerances: Tolerances | None = None) -> str:
+    """The mirrors as opticians write them; the first column numbers them as the cross-section does.
+
+    With tolerances, each mirror has a second row for them.
+    """
+    rows: list[list[str]] = []
     for index, mirror in enumerate(design.mirrors, start=1):
         rows.append(
             [
@@ -48,6 +53,8 @@ def prescription(design: Design) -> str:
                 number(mirror.thickness_mm, 2),
             ]
         )
+        if tolerances is not None:
+            rows.append(_allowed(mirror_allowance(design, mirror.name, tolerances)))
     header = (
         "[], [mirror], [kind], [faces], [vertex $z_0$\\ (mm)], [radius $r_0$\\ (mm)], [conic $K$], "
         "[inner $R$\\ (mm)], [outer $R$\\ (mm)], [sag\\ (mm)], [thickness\\ (mm)],"
@@ -60,6 +67,15 @@ def prescription(design: Design) -> str:
         rows=cells(rows),
         inset="(x: 1.2mm, y: 0.95mm)",
     )
+
+
+def _allowed(allowed: MirrorAllowance) -> list[str]:
+    """The row of tolerances below a mirror's own; those of the sag are of radius and conic constant together."""
+    if allowed.radius_mm is None or allowed.conic is None:
+        shape = [f"±{allowed.curvature_per_m:.2g}/m", ""]
+    else:
+        shape = [f"±{allowed.radius_mm:.2g}", f"±{allowed.conic:g}"]
+    return ["", "", "", "", f"±{allowed.axial_shift_mm:g}", *shape, "", "", f"±{allowed.sag_mm:.2g}", ""]
 
 
 def fabrication(design: Design) -> str:
