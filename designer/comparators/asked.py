@@ -12,7 +12,7 @@ from designer.design import Camera
 from designer.evaluate.depth import Volume
 from designer.evaluate.predicted_noise import Conditions
 from designer.optimise.limit import conditions_of, volume_of
-from designer.optimise.required_numbers import Specification, specification_of
+from designer.optimise.required_numbers import specification_of
 from designer.requirement import Lens, Requirement
 from designer.trace.image_law import pinhole_angle
 
@@ -31,7 +31,6 @@ class Asked:
 
     requirement: Requirement
     lens: Lens
-    specification: Specification
     conditions: Conditions
     volume: Volume
     baselines: Bounds
@@ -44,7 +43,6 @@ class Asked:
         return cls(
             requirement,
             lens,
-            specification,
             conditions_of(specification),
             volume_of(specification),
             (SMALLEST_BASELINE * greatest, greatest),
@@ -52,12 +50,20 @@ class Asked:
 
     def without_envelope(self) -> Asked:
         """The same in an envelope as large as need be, with the baseline that is asked for."""
-        larger = replace(
-            self.specification,
-            envelope_height=FREE_SIZES * self.specification.envelope_height,
-            envelope_diameter=FREE_SIZES * self.specification.envelope_diameter,
+        envelope = self.requirement.envelope
+        larger = envelope.model_copy(
+            update={
+                "height_mm": FREE_SIZES * envelope.height_mm,
+                "diameter_mm": FREE_SIZES * envelope.diameter_mm,
+            }
         )
-        return replace(self, specification=larger, baselines=self.requirement.baseline_range_mm)
+        freed = self.requirement.model_copy(update={"envelope": larger})
+        return replace(self, requirement=freed, baselines=self.requirement.baseline_range_mm)
+
+    @property
+    def scale_uncertainty(self) -> float:
+        """Relative standard uncertainty of the scale of an image."""
+        return self.requirement.scale_uncertainty_percent / 100.0
 
     @property
     def middle_slope(self) -> float:
@@ -89,4 +95,4 @@ class Asked:
     @property
     def greatest_height(self) -> float:
         """The height over the pinhole at which the envelope ends."""
-        return float(self.specification.envelope_height + self.specification.lens_front)
+        return self.requirement.envelope.height_mm + self.lens.front_mm

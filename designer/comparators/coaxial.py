@@ -23,6 +23,8 @@ from designer.trace.instrument import assemble_instrument
 # Bounds are kept with this to spare, so that the tracer, which knows no tolerance, finds them kept.
 SPARE = 1e-4
 TENTHS_OF_A_DEGREE = 10.0
+# What the solver takes for no bound, in degrees or pixels.
+UNBOUNDED = 1e3
 # Only for the surfaces that rays are aimed by: apertures follow from where they go.
 _SMALL_MM = 1e-3
 
@@ -79,13 +81,15 @@ def cut_to(asked: Asked, name: str, face: Face, zone: Zone) -> Mirror:
         The face does not reach so far.
     """
     inner, outer = zone.reach(face)
-    margin = float(asked.specification.edge_margin)
-    return face.mirror(name, max(inner - margin, 0.0), outer + margin, float(asked.specification.substrate_thickness))
+    margin = asked.requirement.manufacture.edge_margin_mm
+    return face.mirror(
+        name, max(inner - margin, 0.0), outer + margin, asked.requirement.manufacture.substrate_thickness_mm
+    )
 
 
 def error_of(asked: Asked, rig: Rig) -> float:
     """The depth error as the study scores it."""
-    return depth_error_rms(rig, asked.volume, asked.conditions, float(asked.specification.scale_uncertainty))
+    return depth_error_rms(rig, asked.volume, asked.conditions, asked.scale_uncertainty)
 
 
 def zones_of(asked: Asked, views: Mapping[ViewName, CoaxialView], middle: float) -> dict[ViewName, Zone]:
@@ -95,16 +99,15 @@ def zones_of(asked: Asked, views: Mapping[ViewName, CoaxialView], middle: float)
 
 def spares_of_view(asked: Asked, camera: Camera, face: Face, zone: Zone, mirror: Mirror) -> list[float]:
     """What one view has to spare of the mirror's size, slope and distance, of the blur, and of the image circle."""
-    specification = asked.specification
-    blur_angle = float(specification.largest_blur_angle)
+    sharpness, largest_slope = asked.requirement.sharpness, asked.requirement.manufacture.largest_slope_deg
     pixel = camera.pixel_pitch_mm
     return [
-        float(specification.mirror_diameter) / 2.0 - mirror.outer_radius_mm,
-        mirror.outer_radius_mm - float(specification.smallest_mirror_radius),
-        float(np.degrees(specification.largest_slope - face.slope(mirror.outer_radius_mm))) * TENTHS_OF_A_DEGREE,
-        float(np.min(zone.hits[:, 1])) - float(specification.nearest_mirror),
-        float(np.degrees(blur_angle - np.max(zone.blur_rad))) * TENTHS_OF_A_DEGREE,
-        min((float(specification.largest_blur) - float(np.max(zone.blur_mm))) / pixel, 1e3),
+        asked.requirement.envelope.mirror_diameter_mm / 2.0 - mirror.outer_radius_mm,
+        mirror.outer_radius_mm - asked.requirement.manufacture.smallest_mirror_radius_mm,
+        (largest_slope - float(np.degrees(face.slope(mirror.outer_radius_mm)))) * TENTHS_OF_A_DEGREE,
+        float(np.min(zone.hits[:, 1])) - asked.requirement.camera.nearest_mirror_mm,
+        (min(sharpness.max_blur_deg, UNBOUNDED) - float(np.degrees(np.max(zone.blur_rad)))) * TENTHS_OF_A_DEGREE,
+        min(sharpness.max_blur_px, UNBOUNDED) - float(np.max(zone.blur_mm)) / pixel,
         (camera.image_radius_mm - float(zone.radius_mm[-1])) / pixel,
         # The light of the whole pupil must leave the barrel.
         camera.lens_radius_mm - camera.pupil_radius_mm - camera.lens_front_mm * float(np.tan(zone.psi[-1])),
@@ -115,7 +118,7 @@ def spare_between_zones(asked: Asked, camera: Camera, inner: Zone, outer: Zone) 
     """What is left of the gap between two zones and half of both blurs, in pixels."""
     blurs = (float(np.max(inner.blur_mm[-1])) + float(np.max(outer.blur_mm[0]))) / 2.0
     gap = float(outer.radius_mm[0] - inner.radius_mm[-1])
-    return (gap - blurs - float(asked.specification.zone_gap)) / camera.pixel_pitch_mm
+    return (gap - blurs) / camera.pixel_pitch_mm - asked.requirement.manufacture.zone_gap_px
 
 
 def camera_rims(camera: Camera) -> Array:
@@ -169,8 +172,7 @@ def one_camera(
 
 def spares_of_size(asked: Asked, built: Coaxial) -> list[float]:
     """What is left of the envelope."""
-    specification = asked.specification
     return [
-        float(specification.envelope_height) - built.height_mm,
-        float(specification.envelope_diameter) - built.diameter_mm,
+        asked.requirement.envelope.height_mm - built.height_mm,
+        asked.requirement.envelope.diameter_mm - built.diameter_mm,
     ]

@@ -16,9 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from designer.comparators.sight import SceneView, Sight
+from designer.design import PerView
 from designer.evaluate.depth import Volume, rms_over_volume, volume_grid
-from designer.evaluate.noise import Exposure, ImagePoint, matching_noise
+from designer.evaluate.noise import CameraSetting, ImagePoint, matching_noise
 from designer.evaluate.predicted_noise import Conditions
+from designer.optics.backend import Scalar
 from designer.optics.illumination import relative_illumination
 from designer.trace.arrays import Array
 from designer.trace.image_law import stretches
@@ -93,22 +95,21 @@ def _noise(rig: Rig, lower: Sight, upper: Sight, distances: Array, conditions: C
     constant = np.full(distances.shape, float(conditions.constant))
     if not conditions.predicted_share:
         return constant, constant
-    exposures = [
-        Exposure(float(conditions.pixel_pitch), view.camera.f_number, wavelength=float(conditions.wavelength))
-        for view in (rig.lower, rig.upper)
-    ]
-    points = [
-        _image_point(view, sight, distances, float(conditions.mirror_reflectivity))
-        for view, sight in ((rig.lower, lower), (rig.upper, upper))
-    ]
-    # Two cameras may be stopped down differently: each view's noise is that of its own exposure.
-    lowers, uppers = (
-        matching_noise(
-            points[1], points[0], distances, conditions.texture, conditions.light, exposure, conditions.matching
-        )[place]
-        for place, exposure in ((1, exposures[0]), (0, exposures[1]))
+    points = PerView(
+        lower=_image_point(rig.lower, lower, distances, float(conditions.mirror_reflectivity)),
+        upper=_image_point(rig.upper, upper, distances, float(conditions.mirror_reflectivity)),
     )
-    return np.hypot(constant, lowers), np.hypot(constant, uppers)
+
+    def matched_through(view: SceneView) -> PerView[Scalar]:
+        setting = CameraSetting(
+            float(conditions.pixel_pitch), view.camera.f_number, wavelength=float(conditions.wavelength)
+        )
+        return matching_noise(points, distances, conditions.texture, conditions.light, setting, conditions.matching)
+
+    # Two cameras may be stopped down differently: each view's noise is that of its own setting.
+    through_lower = matched_through(rig.lower)
+    through_upper = through_lower if rig.has_one_camera else matched_through(rig.upper)
+    return np.hypot(constant, through_lower.lower), np.hypot(constant, through_upper.upper)
 
 
 def _image_point(view: SceneView, sight: Sight, distances: Array, reflectivity: float) -> ImagePoint:

@@ -20,7 +20,7 @@ from designer.optics.thin_lens import principal_distance
 from designer.optics.view import half_angle_tangent
 from designer.requirement import Lens, Requirement
 from designer.trace.arrays import Array
-from designer.trace.outline import face
+from designer.trace.outline import face_outline
 
 # Focused farther than this, a lens is focused at infinity.
 AT_INFINITY_PER_MM = 1e-9
@@ -155,7 +155,7 @@ def raised(mirror: Mirror, by: float) -> Mirror:
 
 def outline(mirror: Mirror, count: int = 24) -> Array:
     """Points (2 count, 2) of face and back in section, (R, z), on one side of the axis."""
-    front = face(mirror, count)
+    front = face_outline(mirror, count)
     return np.concatenate([front, front + np.array([0.0, mirror.back_offset_mm])])
 
 

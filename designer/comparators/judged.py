@@ -54,7 +54,7 @@ def _of_view(
     lost = int(np.sum(compare_with_path(trace, path).status != Status.OK))
     problems = [f"{lost} of {RAYS} required rays are lost"] if lost else []
     fan = fan_clearance(instrument, path, psi, find_rims(head))
-    keep = float(asked.specification.clearance) - CLEARANCE_TOLERANCE_MM
+    keep = asked.requirement.manufacture.clearance_mm - CLEARANCE_TOLERANCE_MM
     # Where both mirrors are of one piece the border stands beside both fans, an edge margin away.
     if fan.distance_mm < keep and not border:
         problems.append(f"only {fan.distance_mm:.3g} mm from the {fan.rim}")

@@ -44,7 +44,7 @@ def spaces(asked: Asked) -> Iterator[Space[Coaxial]]:
     the lobes meet, the viewpoint of the inner lobe, and the lens.
     """
     angles = (SMALLEST_ANGLE, asked.widest)
-    heights = (float(asked.specification.nearest_mirror), asked.greatest_height)
+    heights = (asked.requirement.camera.nearest_mirror_mm, asked.greatest_height)
     yield Space([angles, angles, angles, heights, *asked.lens_bounds], partial(_measure, asked))
 
 
@@ -75,7 +75,7 @@ def _measure(asked: Asked, values: Array) -> Measured[Coaxial] | None:
         return None
     lower, upper = built.heads[0].mirrors
     zones = {name: placed.zone for name, placed in built.views.items()}
-    keep, margin = float(asked.specification.clearance), float(asked.specification.edge_margin)
+    keep, margin = asked.requirement.manufacture.clearance_mm, asked.requirement.manufacture.edge_margin_mm
     # The outer lobe beyond the light of the circle itself, which the inner lobe's highest rays pass.
     rims = rims_of([upper])
     spares = [

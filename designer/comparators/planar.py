@@ -17,7 +17,7 @@ from functools import partial
 import numpy as np
 
 from designer.comparators.asked import Asked
-from designer.comparators.coaxial import SPARE, TENTHS_OF_A_DEGREE, error_of
+from designer.comparators.coaxial import SPARE, TENTHS_OF_A_DEGREE, UNBOUNDED, error_of
 from designer.comparators.errors import Azimuth, Rig
 from designer.comparators.head import camera_with
 from designer.comparators.planar_view import Flat, PlanarView
@@ -131,8 +131,8 @@ def spaces(asked: Asked) -> Iterator[Space[Planar]]:
     far the camera stands from the axis; half of the azimuths; and the lens, which may be a shorter one.
     """
     top = asked.greatest_height
-    nearest = float(asked.specification.nearest_mirror)
-    off = float(asked.specification.envelope_diameter) / 2.0
+    nearest = asked.requirement.camera.nearest_mirror_mm
+    off = asked.requirement.envelope.diameter_mm / 2.0
     focal_length = asked.lens.focal_lengths_mm[1]
     sides = ((-WIDEST, 0.0), (0.0, WIDEST))
     bounds = [
@@ -209,14 +209,14 @@ def _beam(asked: Asked, view: PlanarView, middle: float, half_azimuth: float) ->
 def _plate(asked: Asked, flat: Flat, beam: Beam) -> Plate:
     own = flat.own(beam.hits)
     facing = np.abs(beam.ahead @ flat.rotation[:, 2])
-    margin = float(asked.specification.edge_margin)
+    margin = asked.requirement.manufacture.edge_margin_mm
     along = beam.width / facing
     return Plate(
         flat,
         float(np.min(own[:, 0] - along)) - margin,
         float(np.max(own[:, 0] + along)) + margin,
         float(np.max(np.abs(own[:, 1]) + along)) + margin,
-        float(asked.specification.substrate_thickness),
+        asked.requirement.manufacture.substrate_thickness_mm,
     )
 
 
@@ -224,9 +224,9 @@ def _measure(asked: Asked, upper_side: float, values: Array) -> Measured[Planar]
     built = put_together(asked, values)
     if not all(np.isfinite(beam.hits).all() for beam in built.beams):
         return None
-    specification, camera = asked.specification, built.camera
+    sharpness, camera = asked.requirement.sharpness, built.camera
     (near, far), (lower, upper) = built.plates, built.beams
-    pixel, half_mirror = camera.pixel_pitch_mm, float(specification.mirror_diameter) / 2.0
+    pixel, half_mirror = camera.pixel_pitch_mm, asked.requirement.envelope.mirror_diameter_mm / 2.0
     all_places = np.concatenate([lower.places, upper.places]) / pixel
     slopes = np.concatenate([beam.ahead[:, :2] / beam.ahead[:, 2:] for beam in built.beams])
     blurs = (float(np.max(lower.blur_mm)) + float(np.max(upper.blur_mm))) / 2.0
@@ -253,12 +253,12 @@ def _measure(asked: Asked, upper_side: float, values: Array) -> Measured[Planar]
     spares = [
         camera.width_px / 2.0 - float(np.max(np.abs(all_places[:, 0]))),
         camera.height_px / 2.0 - float(np.max(np.abs(all_places[:, 1]))),
-        (gap - blurs - float(specification.zone_gap)) / pixel,
-        float(min(np.min(beam.hits[:, 2]) for beam in built.beams)) - float(specification.nearest_mirror),
+        (gap - blurs) / pixel - asked.requirement.manufacture.zone_gap_px,
+        float(min(np.min(beam.hits[:, 2]) for beam in built.beams)) - asked.requirement.camera.nearest_mirror_mm,
         *(half_mirror - size for size in sizes),
-        *(size - float(specification.smallest_mirror_radius) for size in sizes),
-        (float(np.degrees(specification.largest_blur_angle)) - built.largest_blur_deg) * TENTHS_OF_A_DEGREE,
-        min(float(specification.largest_blur) / pixel - built.largest_blur_px, 1e3),
+        *(size - asked.requirement.manufacture.smallest_mirror_radius_mm for size in sizes),
+        (min(sharpness.max_blur_deg, UNBOUNDED) - built.largest_blur_deg) * TENTHS_OF_A_DEGREE,
+        min(sharpness.max_blur_px, UNBOUNDED) - built.largest_blur_px,
         camera.lens_radius_mm
         - camera.pupil_radius_mm
         - camera.lens_front_mm * float(np.max(np.hypot(slopes[:, 0], slopes[:, 1]))),
@@ -267,13 +267,13 @@ def _measure(asked: Asked, upper_side: float, values: Array) -> Measured[Planar]
             float(np.degrees(plate.flat.incline - np.max(np.arctan2(beam.leaving[:, 2], beam.leaving[:, 0]))))
             for plate, beam in zip(built.plates, built.beams, strict=True)
         ),
-        *(distance - float(specification.clearance) for distance in free),
+        *(distance - asked.requirement.manufacture.clearance_mm for distance in free),
         built.baseline_mm - asked.baselines[0],
         asked.baselines[1] - built.baseline_mm,
-        float(specification.envelope_height) - built.height_mm,
-        float(specification.envelope_diameter) - built.diameter_mm,
+        asked.requirement.envelope.height_mm - built.height_mm,
+        asked.requirement.envelope.diameter_mm - built.diameter_mm,
         # Off its axis a camera counts, since it stands out sideways.
-        float(specification.envelope_diameter) / 2.0 - abs(built.views[0].axis) - camera.body_radius_mm,
+        asked.requirement.envelope.diameter_mm / 2.0 - abs(built.views[0].axis) - camera.body_radius_mm,
     ]
     return Measured(built, error_of(asked, built.rig), built.height_mm, built.diameter_mm, np.array(spares) - SPARE)
 

@@ -45,7 +45,7 @@ def spaces(asked: Asked) -> Iterator[Space[Coaxial]]:
     one crosses the axis, the baseline between both crossings, and the lens.
     """
     angles = (SMALLEST_ANGLE, asked.widest)
-    heights = (float(asked.specification.nearest_mirror), asked.greatest_height)
+    heights = (asked.requirement.camera.nearest_mirror_mm, asked.greatest_height)
     bounds = [angles, angles, heights, asked.baselines, *asked.lens_bounds]
     for topology in TOPOLOGIES:
         yield Space(bounds, partial(_measure, asked, topology))
@@ -79,7 +79,7 @@ def _measure(asked: Asked, topology: Topology, values: Array) -> Measured[Coaxia
         *spares_of_view(asked, camera, faces["lower"], zones["lower"], lower),
         *spares_of_view(asked, camera, faces["upper"], zones["upper"], upper),
         spare_between_zones(asked, camera, inner, outer),
-        *(distance - float(asked.specification.clearance) for distance in free),
+        *(distance - asked.requirement.manufacture.clearance_mm for distance in free),
         upper.vertex_mm - lower.vertex_mm,
         *spares_of_size(asked, built),
     ]

@@ -65,7 +65,7 @@ def spaces(asked: Asked) -> Iterator[Space[Coaxial]]:
     """
     unit = [
         (SMALLEST_ANGLE, asked.widest),
-        (float(asked.specification.nearest_mirror), asked.greatest_height),
+        (asked.requirement.camera.nearest_mirror_mm, asked.greatest_height),
         *asked.lens_bounds,
     ]
     for is_inverted in (False, True):
@@ -132,7 +132,7 @@ def _measure(asked: Asked, is_inverted: bool, values: Array) -> Measured[Coaxial
     built = put_together(asked, is_inverted, values)
     if built is None:
         return None
-    keep = float(asked.specification.clearance)
+    keep = asked.requirement.manufacture.clearance_mm
     spares: list[float] = []
     half = (len(values) - 1) // 2
     parts: dict[ViewName, tuple[Array, float]] = {

@@ -132,7 +132,6 @@ def _row(name: str, asked: Asked, trial: Measured[Any], *, status: Any, reason: 
     azimuth, prescription = idea.described(built)
     camera: Camera = built.rig.lower.camera
     focus = camera.focus_distance_mm
-    scale = float(asked.specification.scale_uncertainty)
     return ComparatorRow(
         comparator=name,
         title=idea.title,
@@ -141,7 +140,7 @@ def _row(name: str, asked: Asked, trial: Measured[Any], *, status: Any, reason: 
         cameras=idea.cameras,
         azimuth_deg=azimuth,
         depth_error_rms=trial.error,
-        depth_error_worst=worst_depth_error(built.rig, asked.volume, asked.conditions, scale),
+        depth_error_worst=worst_depth_error(built.rig, asked.volume, asked.conditions, asked.scale_uncertainty),
         baseline_mm=built.baseline_mm,
         height_mm=built.height_mm,
         diameter_mm=built.diameter_mm,

@@ -38,10 +38,11 @@ def judge(design: Design, *, whole_image: bool = True) -> Verdict:
         instrument = build_instrument(design)
         rims = find_rims(design)
         needed = needed_elevations(design) or {}
-        upper, lower = (
-            judge_view(design, instrument, name, _as_asked(view, needed.get(name)), rims, whole_image=whole_image)
+        judged = {
+            name: judge_view(design, instrument, name, _as_asked(view, needed.get(name)), rims, whole_image=whole_image)
             for name, view in design.views.by_name.items()
-        )
+        }
+        upper, lower = judged["upper"], judged["lower"]
         problems = (
             *record_problems(design),
             *upper.problems,

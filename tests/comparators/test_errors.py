@@ -26,6 +26,7 @@ from designer.optimise.required_numbers import specification_of
 from designer.trace.instrument import build_instrument
 from support.shipped_problems import requirement_as_shipped
 from support.studied_designs import NAMES, SHARP_NAMES, sharp_design, studied_design
+from support.wide_designs import LAWS, wide_design
 
 
 def rig_of(design: Design) -> Rig:
@@ -52,6 +53,14 @@ def test_two_traced_rays_give_the_score_of_single_viewpoints(name: str) -> None:
     design = studied_design(name)
     pair, volume = stereo_pair_of(design), volume_of(design)
     noise = noise_mm_of(design)
+    traced = depth_error_rms(rig_of(design), volume, constant_noise(noise), 2e-4)
+    assert traced == pytest.approx(float(closed_form_rms(pair, volume, noise, 2e-4)), rel=1e-6)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_same_holds_for_lenses_of_other_projections(law: str) -> None:
+    design = wide_design(law)
+    pair, volume, noise = stereo_pair_of(design), volume_of(design), noise_mm_of(design)
     traced = depth_error_rms(rig_of(design), volume, constant_noise(noise), 2e-4)
     assert traced == pytest.approx(float(closed_form_rms(pair, volume, noise, 2e-4)), rel=1e-6)
 

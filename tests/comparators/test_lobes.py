@@ -65,6 +65,6 @@ def test_a_finished_one_scores_as_its_two_hyperboloids_do_in_closed_form():
         for name, conic, focus, gain in zip(("lower", "upper"), conics, viewpoints, gains, strict=True)
     }
     noise = noise_model(ASKED.conditions, pair, lens_of_camera(camera), paths)
-    scale = float(ASKED.specification.scale_uncertainty)
+    scale = ASKED.scale_uncertainty
     assert best.error == pytest.approx(float(depth_error_rms(pair, ASKED.volume, noise, scale)), rel=1e-6)
     assert viewpoints[1] - viewpoints[0] == pytest.approx(built.baseline_mm, rel=1e-9)

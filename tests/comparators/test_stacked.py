@@ -10,7 +10,7 @@ import pytest
 from designer.comparators.asked import Asked
 from designer.comparators.errors import relative_errors
 from designer.comparators.stacked import BODY_LENGTHS, put_together
-from designer.design import Mirror
+from designer.design import VIEW_NAMES, Mirror
 from designer.evaluate.depth import slope_error, slopes_of_point
 from designer.evaluate.scale import slope_shift_per_scale
 from designer.optics.view import half_angle_tangent
@@ -41,7 +41,8 @@ def test_errors_are_those_of_two_views_with_scales_of_their_own(is_inverted):
     traced = relative_errors(built.rig, np.array([slope]), np.array([distance]), constant, scale)[0]
     slopes = slopes_of_point(slope, distance, BASELINE)
     variance = 0.0
-    for seen, placed in zip(slopes, (built.views["lower"], built.views["upper"]), strict=True):
+    for name in VIEW_NAMES:
+        seen, placed = slopes[name], built.views[name]
         # A camera that looks down sees the scene upside down.
         own = -seen if placed.view.is_inverted else seen
         psi = placed.view.sight(np.array([distance]), np.array([built.rig.middle_mm + slope * distance]), 0.0).psi[0]

@@ -12,7 +12,7 @@ from designer.cli.comparators import other_ideas
 from designer.comparators.row import ComparatorRow
 from designer.files import InputError
 from designer.report.content.comparators import comparators
-from designer.report.figures.registry import COMPARED, Drawing, study_figures
+from designer.report.figures.registry import COMPARED, DrawnFigure, study_figures
 from designer.report.figures.style import report_style
 from designer.study.comparators import read_comparators, write_comparators
 from designer.study.folder import read_study, write_study
@@ -39,7 +39,7 @@ def study(tmp_path: Path) -> Study:
     return read_study(tmp_path / "sample")
 
 
-def drawn(study: Study) -> dict[str, Drawing]:
+def drawn(study: Study) -> dict[str, DrawnFigure]:
     """The figures of the section by the names of their files."""
     with report_style():
         figures = {figure.file(): figure.drawn(study) for figure in study_figures(COMPARED)}

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from designer.comparators.row import ComparatorRow
-from designer.report.content.tables import percent, percent_decimals
-from designer.report.figures.registry import COMPARED, Drawing, study_figures
+from designer.report.content.tables import in_percent, percent_decimals
+from designer.report.figures.registry import COMPARED, DrawnFigure, study_figures
 from designer.study.study import Study
 from designer.typesetting.markup import DASH, call, cells, literal, number, text, typographic
 
 
-def comparators(study: Study, drawings: Mapping[str, Drawing]) -> str:
+def comparators(study: Study, drawings: Mapping[str, DrawnFigure]) -> str:
     """Other ideas beside the winner: plot, table, and what to know of them; nothing if they were not asked for."""
     if not study.comparators:
         return ""
@@ -76,7 +76,7 @@ def _winner(study: Study, decimals: int) -> list[str]:
         f"{row.configuration} (winner)",
         "1",
         "360",
-        percent(row.number("depth_error_rms"), decimals),
+        in_percent(row.number("depth_error_rms"), decimals),
         *sizes,
         "0.0",
     ]
@@ -90,7 +90,7 @@ def _row(row: ComparatorRow, decimals: int) -> list[str]:
         row.title + (" *" if row.status == "too_large" else ""),
         str(row.cameras),
         number(row.azimuth_deg, 0),
-        percent(row.depth_error_rms, decimals),
+        in_percent(row.depth_error_rms, decimals),
         *(number(size, 1) for size in sizes),
     ]
 

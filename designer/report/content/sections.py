@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 
 from pydantic import JsonValue
 
+from designer.as_built.allowances import mirror_allowance
+from designer.as_built.named import NamedTolerances
 from designer.design import Design
 from designer.evaluate.depth import FIRST_ORDER_BOUND
 from designer.evaluate.score import recorded_fabrication_notes
@@ -24,7 +26,7 @@ from designer.report.content.tables import (
     lens_choice,
     paper_comparison,
     prescription,
-    ranking,
+    ranking_table,
 )
 from designer.report.content.verdict import configuration_in_words, ties, verdict
 from designer.report.figures.depth_map import IMAGE_CIRCLE_PX
@@ -36,7 +38,7 @@ from designer.report.figures.registry import (
     TRADE,
     WINNER_DRAWING,
     WINNER_PANEL,
-    Drawing,
+    DrawnFigure,
     design_figures,
     study_figures,
 )
@@ -52,7 +54,7 @@ PAPER_STUDY = "indoor_robot"
 """The requirement taken from the paper's prototype, which is then shown beside the paper's numbers."""
 
 
-Drawings = Mapping[str, Drawing]
+Drawings = Mapping[str, DrawnFigure]
 """The figures by the names of their files."""
 
 
@@ -137,12 +139,13 @@ def winner(study: Study, drawings: Drawings) -> str:
         "$O$ is the camera's pinhole, and the numbers are those of the prescription. Grey: substrates, lens and camera."
     )
     words = configuration_in_words(design.configuration)
+    tolerances = None if study.tolerances is None else study.tolerances.tolerances
     lines = [
         "#pagebreak(weak: true)",
         "= The winning design <winner>",
         text(f"{words[0].upper()}{words[1:]}. Variant: {row.text('variant') or 'only one'}.") if words else "",
         f"#figure(image({literal('figures/' + name)}), caption: [{caption}])",
-        f"#figure({_as_argument(prescription(design))}, caption: [{PRESCRIPTION_CAPTION}])",
+        f"#figure({_as_argument(prescription(design, tolerances))}, caption: [{_prescription_caption(study, design)}])",
         "#grid(columns: (96mm, 1fr), column-gutter: 5mm,",
         *(f"  {panel}," for panel in panels),
         f"  [{call('facts', facts_argument(winner_groups(row, design)), size='7.8pt')}],",
@@ -155,6 +158,22 @@ PRESCRIPTION_CAPTION = (
     "Prescription. The vertex is measured along the axis from the pinhole; a positive radius has its centre of "
     "curvature above the vertex. The face spans inner to outer $R$; the substrate lies behind it."
 )
+
+
+def _prescription_caption(study: Study, design: Design) -> str:
+    if study.tolerances is None:
+        return PRESCRIPTION_CAPTION
+    each = [mirror_allowance(design, mirror.name, study.tolerances.tolerances) for mirror in design.mirrors]
+    poses = [(allowed.decentre_mm, allowed.tilt_deg) for allowed in each]
+    named = [""] if len(set(poses)) == 1 else [f"{mirror.name} " for mirror in design.mirrors]
+    listed = ", ".join(
+        f"{name}{decentre:g} mm and {tilt:g}°" for name, (decentre, tilt) in zip(named, poses, strict=False)
+    )
+    origin = NamedTolerances(study.tolerances.name, study.tolerances.tolerances).in_words
+    return (
+        f"{PRESCRIPTION_CAPTION} Below each mirror, its tolerances, of {text(origin)}; that of the sag is what radius "
+        f"and conic constant do together. Decentre and tilt, in x and in y: at most {text(listed)}."
+    )
 
 
 def nothing_feasible(study: Study) -> str:
@@ -205,7 +224,7 @@ def ranking_section(study: Study) -> str:
         note += text(f" {tied}")
     opening = "#pagebreak(weak: true)\n" if study.feasible else ""
     impossible = study.with_status("impossible")
-    listed = ranking(row for row in study.rows if row.status != "impossible")
+    listed = ranking_table(row for row in study.rows if row.status != "impossible")
     if impossible:
         listed += f"\n== Excluded by rule ({len(impossible)})\n{excluded(impossible)}"
     return f"{opening}= Ranking of all configurations <ranking>\n{note}\n\n{listed}"

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
+from designer.as_built.allowances import MirrorAllowance, mirror_allowance
+from designer.as_built.tolerances import Tolerances
 from designer.design import Design
 from designer.evaluate.fabrication import mirror_shape
 from designer.study.row import Row
@@ -16,7 +18,7 @@ _EQUALLY = "; equally, "
 PAPER_CONFIGURATION = "folded-HyPl-Hy-upper_outer"
 
 
-def percent(value: float | None, decimals: int | None = None) -> str:
+def in_percent(value: float | None, decimals: int | None = None) -> str:
     """A share as percent, without the sign; with three significant digits unless decimals are given."""
     if decimals is None:
         decimals = percent_decimals([value], significant=3)
@@ -29,9 +31,12 @@ def percent_decimals(values: Iterable[float | None], significant: int = 4) -> in
     return max(significant - 1 - math.floor(math.log10(min(known))), 0) if known else significant
 
 
-def prescription(design: Design) -> str:
-    """The mirrors as opticians write them; the first column numbers them as the cross-section does."""
-    rows = []
+def prescription(design: Design, tolerances: Tolerances | None = None) -> str:
+    """The mirrors as opticians write them; the first column numbers them as the cross-section does.
+
+    With tolerances, each mirror has a second row for them.
+    """
+    rows: list[list[str]] = []
     for index, mirror in enumerate(design.mirrors, start=1):
         rows.append(
             [
@@ -48,6 +53,8 @@ def prescription(design: Design) -> str:
                 number(mirror.thickness_mm, 2),
             ]
         )
+        if tolerances is not None:
+            rows.append(_allowed(mirror_allowance(design, mirror.name, tolerances)))
     header = (
         "[], [mirror], [kind], [faces], [vertex $z_0$\\ (mm)], [radius $r_0$\\ (mm)], [conic $K$], "
         "[inner $R$\\ (mm)], [outer $R$\\ (mm)], [sag\\ (mm)], [thickness\\ (mm)],"
@@ -60,6 +67,15 @@ def prescription(design: Design) -> str:
         rows=cells(rows),
         inset="(x: 1.2mm, y: 0.95mm)",
     )
+
+
+def _allowed(allowed: MirrorAllowance) -> list[str]:
+    """The row of tolerances below a mirror's own; those of the sag are of radius and conic constant together."""
+    if allowed.radius_mm is None or allowed.conic is None:
+        shape = [f"±{allowed.curvature_per_m:.2g}/m", ""]
+    else:
+        shape = [f"±{allowed.radius_mm:.2g}", f"±{allowed.conic:g}"]
+    return ["", "", "", "", f"±{allowed.axial_shift_mm:g}", *shape, "", "", f"±{allowed.sag_mm:.2g}", ""]
 
 
 def fabrication(design: Design) -> str:
@@ -122,7 +138,7 @@ def excluded(rows: Iterable[Row]) -> str:
     )
 
 
-def ranking(rows: Iterable[Row]) -> str:
+def ranking_table(rows: Iterable[Row]) -> str:
     """Configurations with their status: feasible ones by rank with their numbers, the others with their reason.
 
     A star marks depth errors that first order does not tell truly at the worst point of the volume.
@@ -134,7 +150,7 @@ def ranking(rows: Iterable[Row]) -> str:
     for row in rows:
         head = [cell(row.rank or DASH), f"name-of({literal(row.configuration)})", cell(row.status)]
         if row.status == "feasible":
-            error = text(percent(row.number("depth_error_rms"), decimals))
+            error = text(in_percent(row.number("depth_error_rms"), decimals))
             if starred:
                 # Hidden where it does not apply, so that the digits stay in line.
                 error += '#text("*")' if row.is_beyond_first_order else '#hide("*")'
@@ -208,7 +224,7 @@ def lens_choice(rows: Iterable[LensRow]) -> str:
         at = "infinity" if row.focus_distance_mm is None else number(row.focus_distance_mm, 0)
         values = [
             "chosen" if row.is_chosen else "feasible",
-            percent(row.depth_error_rms, decimals),
+            in_percent(row.depth_error_rms, decimals),
             number(row.height_mm, 1),
             number(row.f_number, 2),
             at,
@@ -249,7 +265,7 @@ def paper_comparison(design: Design, row: Row) -> str:
         ("vertical field, lower viewpoint (°)", "not given", _span(lower)),
         ("image (px)", "1600 × 1200", f"{camera.width_px} × {camera.height_px}"),
         ("lens", "12 mm", lens or f"principal distance {number(camera.focal_length_mm, 2)} mm"),
-        ("rms depth error (%)", "not given", percent(row.number("depth_error_rms"))),
+        ("rms depth error (%)", "not given", in_percent(row.number("depth_error_rms"))),
     ]
     return call(
         "ruled",
