@@ -5,7 +5,11 @@ Gluckman and Nayar, PAMI 2002). A plane neither widens nor narrows a view: both 
 the elevations twice over, so that the lens has to be chosen for it, and the sensor looks one way only. Of the
 arrangements this one has a vertical baseline, the longer side of most envelopes.
 
-Frame: pinhole at the origin, optical axis +z, view towards +x; mm and radians. Edges run along y.
+Since it looks one way only, it may be mounted at a tilt, its envelope with it. The baseline is the distance between the
+virtual pinholes across the middle ray of the working volume, over the cosine of that ray's elevation: as long as a
+vertical one that gives the same disparity.
+
+Frame of the camera: pinhole at the origin, optical axis +z, view towards +x; mm and radians. Edges run along y.
 """
 
 from __future__ import annotations
@@ -35,6 +39,7 @@ FOCAL_LENGTHS = (0.15, 1.0)
 GAUSS = (Azimuth(0.0, 4.0 / 9.0), Azimuth(float(np.sqrt(0.6)), 5.0 / 9.0))
 """Three nodes over the azimuths seen, of which the outer two are alike."""
 WIDEST = 1.0
+MOST_TILT = 1.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,8 +132,9 @@ class Planar:
 def spaces(asked: Asked) -> Iterator[Space[Planar]]:
     """The spaces to search: the upper view's mirror before the axis as seen from the scene, or behind it.
 
-    Variables are, of each mirror, the angle at the pinhole of its middle ray and the height at which that meets it; how
-    far the camera stands from the axis; half of the azimuths; and the lens, which may be a shorter one.
+    Variables are, of each mirror, the angle at the pinhole of its middle ray and the height at which that meets it;
+    how far the camera stands from the axis of the envelope, and how far the whole leans; half of the azimuths; and the
+    lens, which may be a shorter one.
     """
     top = asked.greatest_height
     nearest = asked.requirement.camera.nearest_mirror_mm
@@ -139,6 +145,7 @@ def spaces(asked: Asked) -> Iterator[Space[Planar]]:
         (nearest, top),
         (nearest, top),
         (-off, off),
+        (-MOST_TILT, MOST_TILT),
         (np.radians(LEAST_AZIMUTH_DEG) / 2.0, np.radians(MOST_AZIMUTH_DEG) / 2.0),
         (FOCAL_LENGTHS[0] * focal_length, FOCAL_LENGTHS[1] * focal_length),
         *asked.lens_bounds[1:],
@@ -150,12 +157,13 @@ def spaces(asked: Asked) -> Iterator[Space[Planar]]:
 
 def put_together(asked: Asked, values: Array) -> Planar:
     """The camera with both mirrors, each as large as its light needs."""
-    *of_mirrors, axis, half_azimuth, focal_length, reciprocal_focus, f_number = (float(value) for value in values)
+    *of_mirrors, axis, tilt, half_azimuth, focal_length, reciprocal_focus, f_number = (float(value) for value in values)
     lens = asked.lens.model_copy(update={"projection": "perspective", "distortion": ()})
     camera = camera_with(asked.requirement, lens, focal_length, reciprocal_focus, f_number)
     angles, heights = of_mirrors[:2], of_mirrors[2:]
-    flats = [_flat(angle, height, asked.middle_slope) for angle, height in zip(angles, heights, strict=True)]
-    lower, upper = (PlanarView(camera, flat, flat.instrument(camera), axis) for flat in flats)
+    elevation = float(np.arctan(asked.middle_slope))
+    flats = [_flat(angle, height, elevation - tilt) for angle, height in zip(angles, heights, strict=True)]
+    lower, upper = (PlanarView(camera, flat, flat.instrument(camera), axis, tilt) for flat in flats)
     viewpoints = np.stack([lower.viewpoint, upper.viewpoint])
     middle_x, middle_z = viewpoints.mean(axis=0)
     # The middle ray of the volume passes the middle of the baseline, wherever that stands.
@@ -171,15 +179,15 @@ def put_together(asked: Asked, values: Array) -> Planar:
         beams=(beams[0], beams[1]),
         rig=Rig(lower, upper, middle, azimuths=azimuths),
         half_azimuth=half_azimuth,
-        baseline_mm=float(viewpoints[1, 1] - viewpoints[0, 1]),
+        baseline_mm=float((viewpoints[1] - viewpoints[0]) @ np.array([-asked.middle_slope, 1.0])),
         height_mm=float(corners[:, 2].max() - min(corners[:, 2].min(), camera.lens_front_mm)),
         diameter_mm=float(2.0 * np.max(np.hypot(corners[:, 0] - axis, corners[:, 1]))),
     )
 
 
-def _flat(angle: float, height: float, slope: float) -> Flat:
-    """The flat that turns the ray at an angle from the axis to a slope, where it has risen to a height."""
-    incline = (np.arctan(slope) + np.pi / 2.0 - angle) / 2.0
+def _flat(angle: float, height: float, elevation: float) -> Flat:
+    """The flat that turns the ray at an angle from the axis to an elevation, where it has risen to a height."""
+    incline = (elevation + np.pi / 2.0 - angle) / 2.0
     return Flat(float(height * (1.0 - np.tan(angle) * np.tan(incline))), float(incline))
 
 

@@ -1,6 +1,7 @@
 """A view of a perspective camera through one tilted plane mirror: traced, and as large as the rays need.
 
-Frame: pinhole at the origin, optical axis +z; the mirrors turn the view towards +x. Lengths in mm, angles in radians.
+Frame of the camera: pinhole at the origin, optical axis +z; the mirrors turn the view towards +x. In the frame of the
+rig the axis of the working volume is the z axis, and the camera may lean. Lengths in mm, angles in radians.
 """
 
 from __future__ import annotations
@@ -59,12 +60,17 @@ class Flat:
 
 @dataclass(frozen=True, slots=True)
 class PlanarView:
-    """A camera before one flat; the axis of the rig stands at x = ``axis`` in its frame."""
+    """A camera before one flat.
+
+    The point x = ``axis`` of its frame stands in the origin of the rig, and there it leans back by ``tilt``: a ray
+    along its +x rises by so much.
+    """
 
     camera: Camera
     flat: Flat
     instrument: Instrument
     axis: float
+    tilt: float
 
     @property
     def reflections(self) -> int:
@@ -73,16 +79,23 @@ class PlanarView:
 
     @property
     def viewpoint(self) -> Array:
-        """Where the camera seems to stand, (x, z) from the axis of the rig."""
-        place = self.flat.seen(np.zeros(3))
-        return np.array([place[0] - self.axis, place[2]])
+        """Where the camera seems to stand, (x, z) in the frame of the rig."""
+        return self.in_rig(self.flat.seen(np.zeros(3)))[[0, 2]]
+
+    @property
+    def _turn(self) -> Array:
+        """From the camera's frame to the rig's: columns are the camera's axes."""
+        cosine, sine = np.cos(self.tilt), np.sin(self.tilt)
+        return np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
+
+    def in_rig(self, points: Array) -> Array:
+        """Points (..., 3) of the camera's frame in the frame of the rig."""
+        return np.asarray((points - np.array([self.axis, 0.0, 0.0])) @ self._turn.T)
 
     def points(self, distances: Array, heights: Array, azimuth: float) -> Array:
         """Scene points (n, 3) in the camera's frame."""
-        return np.stack(
-            [self.axis + distances * np.cos(azimuth), distances * np.sin(azimuth), heights],
-            axis=-1,
-        )
+        in_rig = np.stack([distances * np.cos(azimuth), distances * np.sin(azimuth), heights], axis=-1)
+        return np.asarray(in_rig @ self._turn + np.array([self.axis, 0.0, 0.0]))
 
     def traced(self, places: Array) -> tuple[Array, Array, Array]:
         """Directions at the pinhole, points on the mirror, directions behind it, (n, 3), of image places (n, 2)."""
@@ -103,15 +116,22 @@ class PlanarView:
         """How points (n,) are imaged; the sizes of mirrors and blockage are ignored."""
         targets = self.points(distances, heights, azimuth)
         places = self.places(targets)
-        outwards = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
-        sideways = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+        # Directions of the rig, in the camera's frame.
+        outwards, sideways, upwards = (
+            np.array(direction) @ self._turn
+            for direction in (
+                [np.cos(azimuth), np.sin(azimuth), 0.0],
+                [-np.sin(azimuth), np.cos(azimuth), 0.0],
+                [0.0, 0.0, 1.0],
+            )
+        )
 
         # Height and sideways place at which rays beside the points' own pass their distance.
         steps = STEP_MM * np.array([[[1.0, 0.0]], [[-1.0, 0.0]], [[0.0, 1.0]], [[0.0, -1.0]]])
         _, start, ahead = (part.reshape(4, -1, 3) for part in self.traced((places + steps).reshape(-1, 2)))
         reach = (targets - start) @ outwards / (ahead @ outwards)
         end = start + reach[..., None] * ahead
-        passed = np.stack([end[..., 2], end @ sideways], axis=-1)
+        passed = np.stack([end @ upwards, end @ sideways], axis=-1)
         rates = np.stack([passed[0] - passed[1], passed[2] - passed[3]], axis=-1) / (2.0 * STEP_MM)
         ahead, start, leaving = self.traced(places)
         length = np.linalg.norm(start, axis=1) + np.linalg.norm(targets - start, axis=1)
@@ -121,7 +141,7 @@ class PlanarView:
         determinant = rates[:, 0, 0] * rates[:, 1, 1] - rates[:, 0, 1] * rates[:, 1, 0]
         return Sight(
             psi=psi,
-            slope=np.asarray(leaving[:, 2] / (leaving @ outwards)),
+            slope=np.asarray(leaving @ upwards / (leaving @ outwards)),
             place=places[:, 0],
             along=np.asarray(rates[:, 1, 1] / determinant),
             across=np.asarray(rates[:, 0, 0] / determinant),

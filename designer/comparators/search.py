@@ -117,7 +117,9 @@ def _best_from(
     found = _improved(measured, start, goal)
     if found is None or found[1].violation <= KEPT:
         return found
-    inside = min((_feasible(measured, point) for point in (start, found[0])), key=lambda end: end[1].violation)
+    first = measured(start)
+    nearer = start if first is not None and first.violation < found[1].violation else found[0]
+    inside = _feasible(measured, nearer)
     if inside[1].violation > KEPT:
         return inside
     again = _improved(measured, inside[0], goal)

@@ -22,6 +22,7 @@ AIMING_TABLE_SIZE = 2049
 SECANT_STEPS = 8
 # Pinhole angles are found to this; a tenth of a pixel is some 1e-5 rad.
 ANGLE_TOLERANCE_RAD = 1e-11
+ROUNDING_RAD = 1e-14
 
 
 def pinhole_angles(instrument: Instrument, path: Sequence[int], elevations: ArrayLike, psi_limit: float) -> Array:
@@ -133,7 +134,8 @@ def aim_at_points(
         error, last_error = excess(psi), excess(last)
         for _ in range(SECANT_STEPS):
             step = error * (last - psi) / (last_error - error)
-            step = np.where(np.isfinite(step), step, 0.0)
+            # Two errors of rounding alone, while other rays are still on their way, tell no direction.
+            step = np.where(np.isfinite(step) & (np.abs(error) > ROUNDING_RAD), step, 0.0)
             last, last_error = psi, error
             psi = psi - step
             error = excess(psi)

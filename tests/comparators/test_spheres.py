@@ -91,3 +91,14 @@ def test_the_single_viewpoint_error_is_that_of_the_closed_form():
     centre = np.sum(cosine**2 * crossing) / np.sum(cosine**2)
     assert zone.single_viewpoint_error_mm == pytest.approx(2.0 * np.max(np.abs(crossing - centre) * cosine), rel=1e-9)
     assert zone.single_viewpoint_error_mm > 1.0
+
+
+def test_rays_that_are_aimed_already_wait_for_the_others():
+    """Among many points of a near volume some need more steps than others; every one of them is found."""
+    view = view_by(CAMERA, sphere(0.13, 0.0, 90.0))
+    distances = np.geomspace(120.0, 5000.0, 400)
+    heights = 90.0 + distances * np.tile(np.linspace(-0.2, 0.2, 5), 80)
+    sight = view.sight(distances, heights)
+    assert np.isfinite(sight.psi).all()
+    (start_r, start_z), (ahead_r, ahead_z) = exit_lines(view.instrument, view.path, sight.psi)
+    assert start_z + (distances - start_r) * ahead_z / ahead_r == pytest.approx(heights, abs=1e-6)
