@@ -169,8 +169,8 @@ def _prescription_caption(study: Study, design: Design) -> str:
     )
     origin = NamedTolerances(study.tolerances.name, study.tolerances.tolerances).in_words
     return (
-        f"{PRESCRIPTION_CAPTION} Below each mirror, its tolerances, of {text(origin)}; that of the sag is what radius "
-        f"and conic constant do together. Decentre and tilt, in x and in y: at most {text(listed)}."
+        f"{PRESCRIPTION_CAPTION} ±: tolerances, of {text(origin)}. A mirror may be decentred and tilted, in x and in "
+        f"y, by {text(listed)}."
     )
 
 
