@@ -97,6 +97,15 @@ def simulate(
     return Trials(found, depth_error(model, found.before.depth_bias), after, simple, result)
 
 
+def expected_depth_error(model: Perturbable, tolerances: Array, trials: int, seed: int, share: float = 95.0) -> float:
+    """Percentile of the calibrated depth error of sensors within tolerances, to first order.
+
+    ``tolerances`` (parameters,) are in the units of ``model.parameters``.
+    """
+    draws = draw_departures(tolerances, trials, seed)
+    return float(np.percentile(depth_error(model, first_order_bias(model, draws)), share))
+
+
 def clopper_pearson(passed: int, trials: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
     """The exact interval of a probability of which some of so many trials came true."""
     outside = (1.0 - confidence) / 2.0

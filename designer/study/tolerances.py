@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,9 +14,12 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from designer.as_built.model import perturbable
 from designer.as_built.study import ToleranceStudy, percentiles, study_tolerances
-from designer.as_built.tolerances import Tolerances
+from designer.as_built.tolerances import Tolerances, tolerance_values
+from designer.as_built.yields import expected_depth_error
 from designer.design import Design, design_to_json
+from designer.evaluate.score import check_image_law
 from designer.files import InputError, describe_validation_error, finite, read_text, write_atomically
 from designer.own_files import sha256
 from designer.study.manifest import announce, settle
@@ -145,6 +149,20 @@ def tolerate_designs(
     return result
 
 
+def to_be_built(ranked: Sequence[Design], tolerances: Tolerances, *, best: int, seed: int = 0) -> list[Design]:
+    """The best of ranked designs, and one more if it forgives more than each of these.
+
+    What a design forgives is judged to first order, by its depth error at the 95th percentile.
+    """
+    known = {place: _expected(design, tolerances, seed) for place, design in enumerate(ranked)}
+    others = range(best, len(ranked))
+    most_forgiving = min(others, key=known.__getitem__, default=None)
+    chosen = list(ranked[:best])
+    if most_forgiving is not None and known[most_forgiving] < min(known[place] for place in range(best)):
+        chosen.append(ranked[most_forgiving])
+    return chosen
+
+
 def read_tolerances_of_study(folder: Path, designs: Sequence[Design]) -> StudyTolerances | None:
     """What a study wrote of these designs; None if it did not, or if the designs are no longer those.
 
@@ -163,6 +181,16 @@ def read_tolerances_of_study(folder: Path, designs: Sequence[Design]) -> StudyTo
     present = {design.configuration: _fingerprint(design) for design in designs}
     is_theirs = all(present.get(each.configuration) == each.design_sha256 for each in found.designs)
     return found if is_theirs else None
+
+
+def _expected(design: Design, tolerances: Tolerances, seed: int) -> float:
+    try:
+        check_image_law(design)
+        model = perturbable(design)
+    except InputError:
+        return math.inf
+    expected = expected_depth_error(model, tolerance_values(design, model.parameters, tolerances), TRIALS, seed)
+    return expected if math.isfinite(expected) else math.inf
 
 
 def _tolerate(design: Design, tolerances: Tolerances, trials: int, seed: int) -> Forgiveness:

@@ -55,9 +55,10 @@ def most_forgiving_in_words(found: StudyTolerances) -> str:
 def _introduction(found: StudyTolerances) -> str:
     named = f"the {found.name} grade" if found.name in ("coarse", "standard", "precision") else found.name
     return (
-        f"{found.trials} sensors of each of the best designs, built within the tolerances of {named} and calibrated "
-        "(image centre, scale and rotation of each view), by ray tracing. A sensor is good if its depth error is at "
-        f"most {100 * found.growth:g} % larger than designed and its blur stays within the design's limits."
+        f"{found.trials} sensors of each of the best designs, and of the most forgiving of the others if that forgives "
+        f"more, built within the tolerances of {named} and calibrated (image centre, scale and rotation of each "
+        f"view), by ray tracing. A sensor is good if its depth error is at most {100 * found.growth:g} % larger than "
+        "designed and its blur stays within the design's limits."
     )
 
 
