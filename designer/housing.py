@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Strict, Tag, model_validator
@@ -17,6 +18,22 @@ Height = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
 Length = Annotated[float, Strict(), Field(allow_inf_nan=False, gt=0, le=1e6)]
 # Glass and plastics for visible light lie between these.
 LEAST_INDEX, MOST_INDEX = 1.2, 2.5
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """What tubes are drawn or extruded from: refractive index at 587.6 nm, density in g/mm3."""
+
+    words: str
+    refractive_index: float
+    density_g_per_mm3: float
+
+
+# Data sheets: PLEXIGLAS XT (Röhm) and DURAN borosilicate glass 3.3 (DWK).
+MATERIALS: dict[str, Material] = {
+    "acrylic": Material("acrylic (PMMA)", 1.491, 1.19e-3),
+    "glass": Material("borosilicate glass 3.3", 1.473, 2.23e-3),
+}
 
 
 class HousingPart(BaseModel):

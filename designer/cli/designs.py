@@ -35,6 +35,8 @@ def trace(design: Path) -> None:
     verdict = judge(record)
     built = _built(design, record)
     click.echo(describe(verdict, built.problems if built else ()))
+    if record.housing is not None:
+        click.echo("\n".join(_housing_lines(record)))
     _echo_built(built, record)
     if not verdict.passed or (built is not None and built.problems):
         raise SystemExit(REJECTED)
@@ -89,13 +91,16 @@ def evaluate(design: Path, as_json: bool) -> None:
         click.echo(json.dumps(_plain(content), indent=2))
         _exit_if_blind(built)
         return
-    del summary["fabrication_notes"], summary["focus"]
+    for said_in_words in ("fabrication_notes", "focus", "housing"):
+        summary.pop(said_in_words, None)
     click.echo("\n".join(_outline(_plain(summary))))
     click.echo("\n".join(["", _what_the_points_count(geometry)]))
     click.echo("\n".join(_what_the_scale_does(score.depth, geometry.scale_uncertainty)))
     click.echo("\n".join(_how_good_the_score_is(score.depth, measured)))
     if focus is not None:
         click.echo("\n".join([*describe_focus(focus), ""]))
+    if geometry.housing is not None:
+        click.echo("\n".join([*_housing_lines(geometry), ""]))
     if score.fabrication_notes:
         click.echo("\n".join(["before ordering mirrors:", *(f"  - {note}" for note in score.fabrication_notes), ""]))
     click.echo(describe(verdict, built.problems if built else ()))
@@ -126,6 +131,14 @@ def _exit_if_blind(built: BuiltSensor | None) -> None:
     """No score holds for a sensor that does not see all of the working volume."""
     if built is not None and len(built.problems) > len(built.contacts):
         raise SystemExit(REJECTED)
+
+
+def _housing_lines(design: Design) -> list[str]:
+    """What the housing is and does, where its numbers say so."""
+    from designer.cli.housing import describe_housing
+    from designer.evaluate.housing import housing_score
+
+    return describe_housing(housing_score(design))
 
 
 def _what_the_points_count(design: Design) -> str:

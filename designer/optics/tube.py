@@ -19,6 +19,9 @@ from dataclasses import dataclass
 from designer.design import Design
 from designer.optics.backend import Scalar, arctan, sqrt
 
+# Each step leaves less than a tenth of the error, wherever a point lies farther out than a few walls.
+SLOPE_STEPS = 14
+
 
 @dataclass(frozen=True, slots=True)
 class Wall:
@@ -47,6 +50,29 @@ def shift_along_radius(slope: Scalar, wall: Wall) -> Scalar:
 def shift_along_axis(slope: Scalar, wall: Wall) -> Scalar:
     """How far up a ray is shifted along the axis, mm: -m delta, so that a ray that rises leaves lower."""
     return -slope * shift_along_radius(slope, wall)
+
+
+def slope_towards(rise: Scalar, distance: Scalar, wall: Wall) -> Scalar:
+    """The slope of the ray that a viewpoint sends through the wall to a point.
+
+    ``rise`` is the point's height above the viewpoint, ``distance`` its distance from the axis, well beyond the wall.
+    """
+    slope = rise / distance
+    for _ in range(SLOPE_STEPS):
+        slope = rise / (distance - shift_along_radius(slope, wall))
+    return slope
+
+
+def apparent_distances(slope: Scalar, distance: Scalar, inner_radius: Scalar, wall: Wall) -> tuple[Scalar, Scalar]:
+    """Distances from the axis at which the light of a point at ``distance`` seems to start, seen through the wall.
+
+    First for rays of the meridional plane, which the wall as a plate brings nearer by d(m delta)/dm, then for those
+    beside it, for which it is a diverging lens of the power delta / (r_i r_o).
+    """
+    index = index_in_projection(slope, wall.refractive_index)
+    nearer = wall.thickness * (1.0 - wall.refractive_index * wall.refractive_index / (index * index * index))
+    power = shift_along_radius(slope, wall) / (inner_radius * (inner_radius + wall.thickness))
+    return distance - nearer, distance / (1.0 + distance * power)
 
 
 def distance_of(slope_lower: Scalar, slope_upper: Scalar, baseline: Scalar, wall: Wall | None = None) -> Scalar:
