@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from designer.design import Design
 from designer.housing import Struts, Tube
 from designer.trace.arrays import Array
 
@@ -47,18 +46,18 @@ class Left:
     is_free: NDArray[np.bool_]
 
 
-def leave_housing(design: Design, points: ArrayLike, directions: ArrayLike) -> Left:
-    """Follow rays from the last mirror out of a design's housing; as they are where there is none.
+def leave_housing(housing: Tube | Struts | None, points: ArrayLike, directions: ArrayLike) -> Left:
+    """Follow rays from the last mirror out of a housing; as they are where there is none.
 
     A ray that passes a tube above or below its ends is not refracted; one that passes one wall but not the other meets
     the tube's end and is stopped.
     """
     start, ahead = (np.asarray(given, dtype=float).reshape(-1, 3) for given in (points, directions))
-    if isinstance(design.housing, Struts):
-        return Left(start, ahead, ~strikes_struts(design.housing, start, ahead))
-    if design.housing is None:
+    if isinstance(housing, Struts):
+        return Left(start, ahead, ~strikes_struts(housing, start, ahead))
+    if housing is None:
         return Left(start, ahead, np.ones(len(start), dtype=bool))
-    tube = design.housing
+    tube = housing
     through = refract(tube, start, ahead)
     inside, outside = (
         (place[:, 2] >= tube.low_mm) & (place[:, 2] <= tube.high_mm) for place in (through.at_inner, through.at_outer)

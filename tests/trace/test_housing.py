@@ -84,27 +84,27 @@ def test_a_wall_of_air_does_nothing():
     start = random.uniform(-5.0, 5.0, (50, 3))
     ahead = random.standard_normal((50, 3))
     ahead /= np.linalg.norm(ahead, axis=1)[:, None]
-    left = leave_housing(design.model_copy(update={"housing": tube.model_copy(update={"low_mm": -1e5})}), start, ahead)
+    left = leave_housing(tube.model_copy(update={"low_mm": -1e5, "high_mm": 1e5}), start, ahead)
     np.testing.assert_allclose(left.point, start, atol=1e-9)
     np.testing.assert_allclose(left.direction, ahead, atol=1e-12)
 
 
 def test_a_ray_past_the_ends_of_a_tube_goes_straight_and_one_into_an_end_goes_nowhere():
     """Steep rays from the axis over a tube of 10 mm with a wall of 2 mm that ends at height 5."""
-    design = prototype().model_copy(update={"housing": tube_of(10.0, 2.0, 1.5, -5.0, 5.0)})
+    tube = tube_of(10.0, 2.0, 1.5, -5.0, 5.0)
     heights = np.array([4.0, 5.5, 7.0, -5.5, -7.0])  # at the inner wall; the outer one is 0.2 to 1.4 farther on
     ahead = np.column_stack([np.full(5, 10.0), np.zeros(5), heights])
     ahead /= np.linalg.norm(ahead, axis=1)[:, None]
-    left = leave_housing(design, np.zeros((5, 3)), ahead)
+    left = leave_housing(tube, np.zeros((5, 3)), ahead)
     # The second passes over the inner wall and the outer one: past the end, not into it.
     assert left.is_free.tolist() == [True, True, True, True, True]
     np.testing.assert_array_equal(left.direction[1:], ahead[1:])
     # Rises past the inner wall's edge at 4.9, and has passed 5 within the wall.
     into = np.array([[10.0, 0.0, 4.9]]) / np.hypot(10.0, 4.9)
-    assert not leave_housing(design, np.zeros((1, 3)), into).is_free[0]
+    assert not leave_housing(tube, np.zeros((1, 3)), into).is_free[0]
     # From below the foot into the wall's lower end.
     start, up = np.array([[9.0, 0.0, -6.0]]), np.array([[1.0, 0.0, 0.6]]) / np.hypot(1.0, 0.6)
-    assert not leave_housing(design, start, up).is_free[0]
+    assert not leave_housing(tube, start, up).is_free[0]
 
 
 def test_struts_hide_the_azimuths_that_they_say():
@@ -113,7 +113,7 @@ def test_struts_hide_the_azimuths_that_they_say():
     azimuth = np.linspace(0.0, 2.0 * np.pi, 200_000, endpoint=False)
     ahead = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros_like(azimuth)], axis=-1)
     start = np.tile([0.0, 0.0, 50.0], (len(azimuth), 1))
-    free = leave_housing(design, start, ahead).is_free
+    free = leave_housing(struts, start, ahead).is_free
     assert np.mean(~free) == pytest.approx(struts.blocked_share, abs=1e-4)
     assert not free[0]  # the first stands in +x
     apart = np.abs(np.remainder(np.degrees(azimuth[~free]) + 36.0, 72.0) - 36.0)
