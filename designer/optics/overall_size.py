@@ -78,3 +78,33 @@ def overall_size(substrates: Iterable[Substrate], lens_front: Scalar, housing: R
         top, bottom = maximum(top, housing.high), minimum(bottom, housing.low)
         radius = maximum(radius, housing.outer_radius)
     return OverallSize(top, bottom, radius)
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """What a view looks through a tube at: its viewpoint's height, and its lowest and highest tan(elevation)."""
+
+    viewpoint: Scalar
+    slopes: tuple[Scalar, Scalar]
+
+    def heights(self, radius: Scalar) -> tuple[Scalar, Scalar]:
+        """Lowest and highest height at a distance from the axis, of rays that no wall refracts.
+
+        A wall brings them nearer to the viewpoint's height: behind it they lie between these.
+        """
+        return self.viewpoint + self.slopes[0] * radius, self.viewpoint + self.slopes[1] * radius
+
+
+def housing_about(
+    size: OverallSize, lens_radius: Scalar, gap: Scalar, thickness: Scalar, sights: Iterable[Sight] = ()
+) -> Ring:
+    """The housing of mirrors of a size: so far outside the widest of them or the lens, so thick, and as tall.
+
+    A tube reaches by the ``gap`` beyond the light of the views' ``sights`` at its outer wall.
+    """
+    radius = maximum(size.radius, lens_radius) + gap + thickness
+    low, high = size.bottom, size.top
+    for sight in sights:
+        lowest, highest = sight.heights(radius)
+        low, high = minimum(low, lowest - gap), maximum(high, highest + gap)
+    return Ring(low, high, radius)

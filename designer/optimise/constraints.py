@@ -143,7 +143,7 @@ def first_mirror_constraints(system: System) -> Iterable[Constraint]:
 
 
 def envelope_constraints(system: System) -> Iterable[Constraint]:
-    """Top, bottom and radius enclose the mirrors and the lens front, and fit into the envelope."""
+    """Top, bottom and radius enclose the mirrors, the lens front and the housing, and fit into the envelope."""
     values, asked = system.values, system.specification
     top, bottom, radius = values["top"], values["bottom"], values["radius"]
     name = "height of the mirror system"
@@ -160,7 +160,29 @@ def envelope_constraints(system: System) -> Iterable[Constraint]:
             yield Constraint("encloses", f"top encloses {where}", "mm", 1.0, top - (height + above))
             yield Constraint("encloses", f"bottom encloses {where}", "mm", 1.0, height + below - bottom)
         name = f"radius encloses the {mirror.name} mirror"
-        yield Constraint("encloses", name, "mm", 1.0, radius - mirror.outer_radius)
+        beyond = 0.0 if asked.housing == "none" else asked.housing_gap + asked.housing_thickness
+        yield Constraint("encloses", name, "mm", 1.0, radius - mirror.outer_radius - beyond)
+
+
+def housing_constraints(system: System) -> Iterable[Constraint]:
+    """A housing goes about the lens and stays off the camera's body; a tube reaches past the light of both views."""
+    values, asked = system.values, system.specification
+    if asked.housing == "none":
+        return
+    top, bottom, radius = values["top"], values["bottom"], values["radius"]
+    spare = radius - asked.lens_radius - asked.housing_gap - asked.housing_thickness
+    yield Constraint("encloses", "radius encloses the lens in its housing", "mm", 1.0, spare)
+    seat = asked.lens_front - asked.lens_length
+    over, around = bottom - seat, radius - asked.housing_thickness - asked.body_radius
+    name = f"{asked.housing} clear of the camera body"
+    yield Constraint("housing_body", name, "mm", 1.0, maximum(over, around) - asked.housing_gap)
+    if asked.housing != "tube":
+        return
+    for path, sight in zip(system.paths, system.sights, strict=True):
+        lowest, highest = sight.heights(radius)
+        where = f"the light of the {path.view} view at the tube"
+        yield Constraint("encloses", f"top encloses {where}", "mm", 1.0, top - highest - asked.housing_gap)
+        yield Constraint("encloses", f"bottom encloses {where}", "mm", 1.0, lowest - asked.housing_gap - bottom)
 
 
 def blur_constraints(system: System) -> Iterable[Constraint]:
@@ -183,6 +205,7 @@ CONSTRAINTS: tuple[ConstraintBuilder, ...] = (
     first_mirror_constraints,
     envelope_constraints,
     blur_constraints,
+    housing_constraints,
 )
 """Every builder, in the order of the solver's rows."""
 

@@ -13,12 +13,17 @@ from designer.requirement import PREDICTED, Lens, Requirement
 MOST_BLUR_PX, MOST_BLUR_DEG = 1e6, 90.0
 
 
+HousingKind = str
+"""none, tube or struts, as the requirement has it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Specification:
     """Every number of a requirement that geometry depends on, for one of its lenses; mm and radians.
 
     The ranges of baseline, focal length, focus and f-number are not here: they bound variables. Blurs are diameters,
-    on the sensor and as an angle in the scene. The law of the lens is no number: a program is built for one.
+    on the sensor and as an angle in the scene. The law of the lens and the kind of housing are no numbers: a program
+    is built for one of each.
     """
 
     elevation_low: Scalar
@@ -53,6 +58,9 @@ class Specification:
     clearance: Scalar
     smallest_mirror_radius: Scalar
     largest_slope: Scalar
+    housing_gap: Scalar = 0.0
+    housing_thickness: Scalar = 0.0
+    housing: HousingKind = "none"
     law: ImageLaw = PERSPECTIVE
 
     @property
@@ -61,7 +69,7 @@ class Specification:
         return self.envelope_diameter + self.body_radius + self.lens_radius
 
 
-SPECIFICATION_NAMES = tuple(field.name for field in fields(Specification) if field.name != "law")
+SPECIFICATION_NAMES = tuple(field.name for field in fields(Specification) if field.name not in {"law", "housing"})
 
 
 def specification_of(requirement: Requirement, lens: Lens) -> Specification:
@@ -104,6 +112,9 @@ def specification_of(requirement: Requirement, lens: Lens) -> Specification:
         clearance=manufacture.clearance_mm,
         smallest_mirror_radius=manufacture.smallest_mirror_radius_mm,
         largest_slope=math.radians(manufacture.largest_slope_deg),
+        housing_gap=requirement.housing.gap_mm,
+        housing_thickness=requirement.housing.thickness_mm,
+        housing=requirement.housing.kind,
         law=lens.image_law,
     )
 
