@@ -61,6 +61,7 @@ def evaluate(design: Path, as_json: bool) -> None:
     from designer.verify.description import describe
     from designer.verify.judge import judge
     from designer.verify.traced_views import as_traced
+    from designer.verify.wall_reflections import wall_reflections
 
     geometry, warnings = as_traced(record)
     warnings += record_problems(geometry)
@@ -79,13 +80,15 @@ def evaluate(design: Path, as_json: bool) -> None:
         import json
         from dataclasses import asdict
 
-        content = {
+        content: dict[str, object] = {
             "warnings": warnings,
             "evaluation": summary,
             "monte_carlo": measured,
             "focus": focus,
             "trace": asdict(verdict),
         }
+        if geometry.tube is not None:
+            content["wall_reflections_deg"] = wall_reflections(geometry)
         if built is not None:
             content["as_built"] = asdict(built)
         click.echo(json.dumps(_plain(content), indent=2))
@@ -137,8 +140,9 @@ def _housing_lines(design: Design) -> list[str]:
     """What the housing is and does, where its numbers say so."""
     from designer.cli.housing import describe_housing
     from designer.evaluate.housing import housing_score
+    from designer.verify.wall_reflections import wall_reflections
 
-    return describe_housing(housing_score(design))
+    return describe_housing(housing_score(design), wall_reflections(design))
 
 
 def _what_the_points_count(design: Design) -> str:

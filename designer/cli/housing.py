@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from designer.design import Interval, ViewName
     from designer.evaluate.housing import DepthBias, StrutsScore, TubeScore
 
 
-def describe_housing(score: TubeScore | StrutsScore | None) -> list[str]:
-    """Lines on a tube or on struts; none for a design without a housing."""
+def describe_housing(
+    score: TubeScore | StrutsScore | None, reflections: Mapping[ViewName, tuple[Interval, ...]]
+) -> list[str]:
+    """Lines on a tube, with where its inner wall reflects, or on struts; none for a design without a housing."""
     if score is None:
         return []
     mass = "" if score.mass_g is None else f", {score.mass_g:.4g} g"
@@ -37,6 +41,13 @@ def describe_housing(score: TubeScore | StrutsScore | None) -> list[str]:
         lines.append(f"  blur       at most {score.largest_blur_px:.3g} px through the wall")
     least, most = (100.0 * share for share in score.transmitted)
     lines.append(f"  light      {least:.3g} to {most:.3g} % passes the wall, uncoated")
+    for name, ranges in reflections.items():
+        where = ", ".join(f"{low:.1f} to {high:.1f}" for low, high in ranges)
+        if ranges:
+            lines.append(
+                f"  risk       {name} view, at {where} deg: the inner wall reflects the far side (azimuth + 180 deg, "
+                f"same elevation), about {100.0 - most:.2g} % as bright"
+            )
     return lines
 
 

@@ -75,6 +75,11 @@ class TubeScore:
     largest_blur_px: float | None
     transmitted: tuple[float, float]
 
+    @property
+    def nearest_bias_mm(self) -> float | None:
+        """The uncorrected bias at the nearest distance."""
+        return self.uncorrected_bias[0].bias_mm
+
 
 @dataclass(frozen=True, slots=True)
 class StrutsScore:
