@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Generic, Literal, Self, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -38,6 +39,21 @@ Interval = tuple[Number, Number]
 
 ViewName = Literal["upper", "lower"]
 VIEW_NAMES: tuple[ViewName, ViewName] = ("upper", "lower")
+Each = TypeVar("Each")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PerView(Generic[Each]):
+    """One thing for each view, by the view's name: a pair without an order, so that nothing is taken for the other."""
+
+    lower: Each
+    upper: Each
+
+    def __getitem__(self, view: ViewName) -> Each:
+        """What belongs to the view of that name."""
+        return {"lower": self.lower, "upper": self.upper}[view]
+
+
 ConicKind = Literal["plane", "hyperboloid", "ellipsoid", "paraboloid"]
 Sense = Literal["direct", "folded"]
 """Which way the image of a view runs: tan(psi/2) = kappa tan(pi/4 + phi/2), or minus phi when folded."""

@@ -203,7 +203,7 @@ def trace_rays(design: Design, view: Literal["upper", "lower"], directions: Arra
     if not np.allclose(np.linalg.norm(directions, axis=1), 1.0, rtol=0.0, atol=UNIT_WITHIN):
         raise InputError("directions: must be unit vectors")
     instrument = build_instrument(design) if design.as_built is None else build_as_built(design).instrument
-    path = instrument.path(getattr(design.views, view).path)
+    path = instrument.path(design.views.by_name[view].path)
     if design.as_built is not None or not is_installed("compiled"):
         return trace_sequential(instrument, path, directions)
     from designer.trace.compiled import trace_many

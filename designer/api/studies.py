@@ -80,12 +80,12 @@ class SweepResult:
         InputError
             The sweep has no such point.
         """
-        from designer.study.sweep.designs import sensitivities
+        from designer.study.sweep.designs import multipliers_of_designs
 
         self._check_points(points or [])
         chosen = self.winners if points is None else self.winners[self.winners["point"].isin(points)]
         pairs = zip(chosen["point"], chosen["configuration"], strict=True)
-        return sensitivities(self.folder, [(int(point), str(name)) for point, name in pairs])
+        return multipliers_of_designs(self.folder, [(int(point), str(name)) for point, name in pairs])
 
     def _check_points(self, points: list[int]) -> None:
         for point in points:

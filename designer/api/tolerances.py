@@ -62,7 +62,7 @@ def tolerance(
         or the folder holds anything but an earlier study.
     """
     from designer.as_built.folder import check_tolerance_folder
-    from designer.as_built.study import study_tolerances, write_study
+    from designer.as_built.study import study_tolerances, write_tolerance_study
     from designer.as_built.tolerances import Grade, read_tolerances, tolerances_of_grade
 
     if folder is not None:
@@ -71,5 +71,5 @@ def tolerance(
     asked = tolerances_of_grade(str(tolerances)) if is_grade else read_tolerances(Path(tolerances), design)
     study = study_tolerances(design, asked, trials, seed, align, calibration, asked_yield)
     if folder is not None:
-        write_study(study, Path(folder))
+        write_tolerance_study(study, Path(folder))
     return study

@@ -70,11 +70,11 @@ def calibrate(
     found = find(record, raws, board, asked, free, [str(path) for path in images], click.echo)
     inputs = {"design": design, "target": target, **{f"image {n + 1}": path for n, path in enumerate(images)}}
     write_design(calibrated_design(found, board, inputs), out)
-    click.echo("\n".join(describe(found)))
+    click.echo("\n".join(describe_calibration(found)))
     click.echo(f"{out} written")
 
 
-def describe(found: CalibratedSensor) -> list[str]:
+def describe_calibration(found: CalibratedSensor) -> list[str]:
     """The departures with their 95 % intervals, the residuals, and what the images do not tell."""
     from designer.calibration.findings import (
         depth_uncertainty,

@@ -90,7 +90,7 @@ def render(
     from designer.imaging.images import write_image
     from designer.imaging.render.detector import expose
     from designer.imaging.render.ground_truth_file import write_truth
-    from designer.imaging.render.lens import Lens, default_samples, describe_lens
+    from designer.imaging.render.lens import RenderedLens, default_samples, describe_lens
     from designer.imaging.render.raytracing import ground_truth
     from designer.imaging.render.raytracing import render as render_image
     from designer.imaging.render.scenes.library import build_world
@@ -100,7 +100,7 @@ def render(
         world = _with_target(world, record, target, target_pose)
     elif target_pose is not None:
         raise InputError("--target-pose: needs --target, the file of the target")
-    lens = Lens() if through_lens else None
+    lens = RenderedLens() if through_lens else None
     samples = default_samples(lens) if samples is None else samples
     image = render_image(record, world, samples=samples, aperture=through_lens, seed=seed, lens=lens)
     detector = None if noise_electrons is None else detector_of(noise_electrons, full_well_electrons)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from designer.design import VIEW_NAMES
 from designer.extras import needs
 from designer.files import InputError
 
@@ -140,15 +141,15 @@ def _is_placed(asked: dict[str, Any]) -> bool:
 def _print_centres(found: FoundCentres) -> None:
     from math import degrees
 
-    from designer.imaging.stereo.placement import ImagePlacement
+    from designer.imaging.stereo.placement import ImagePlacement, placement_of_view
 
     placement, errors = found.placement, found.standard_errors_px
     if isinstance(placement, ImagePlacement):
         click.echo("center: {:.2f} {:.2f}".format(*placement.center_px))
     else:
-        for number, (name, view) in enumerate((("upper", placement.upper), ("lower", placement.lower))):
-            known = f" (standard error {errors[number]:.2g} px)" if errors else ""
-            click.echo("{} center: {:.2f} {:.2f}".format(name, *view.center_px) + known)
+        for name in VIEW_NAMES:
+            known = f" (standard error {errors[name]:.2g} px)" if errors else ""
+            click.echo("{} center: {:.2f} {:.2f}".format(name, *placement_of_view(placement, name).center_px) + known)
         turn = degrees(placement.lower.rotation_rad - placement.upper.rotation_rad)
         known = "" if found.turn_error_rad is None else f" (standard error {degrees(found.turn_error_rad):.1g} degrees)"
         click.echo(f"the lower view is turned by {turn:.3f} degrees against the upper one{known}")

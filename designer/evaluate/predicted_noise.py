@@ -9,10 +9,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from designer.design import PerView, ViewName
 from designer.evaluate.depth import NoiseModel, StereoPair
-from designer.evaluate.noise import Exposure, ImagePoint, Light, Matching, Texture, matching_noise
+from designer.evaluate.noise import (
+    CameraSetting,
+    CollectedLight,
+    ImagePoint,
+    MatcherPerformance,
+    TextureSpectrum,
+    matching_noise,
+)
 from designer.optics.backend import Scalar, sqrt
-from designer.optics.focus import Lens, LightPath, chief_ray, reciprocal_along_ray, reciprocal_image_depth
+from designer.optics.focus import FocusedLens, LightPath, chief_ray, reciprocal_along_ray, reciprocal_image_depth
 from designer.optics.illumination import relative_illumination
 from designer.optics.view import half_angle_tangent, image_radius, image_radius_slope
 
@@ -35,15 +43,15 @@ class Conditions:
     pixel_pitch: Scalar
     wavelength: Scalar
     mirror_reflectivity: Scalar
-    texture: Texture
-    light: Light
-    matching: Matching
+    texture: TextureSpectrum
+    light: CollectedLight
+    matching: MatcherPerformance
 
 
 def noise_model(
-    conditions: Conditions, pair: StereoPair, lens: Lens, light: Mapping[str, LightPath]
+    conditions: Conditions, pair: StereoPair, lens: FocusedLens, light: Mapping[ViewName, LightPath]
 ) -> Scalar | NoiseModel:
-    """The noise of a match at any point, through a lens: a function of the lower and the upper slope and the distance.
+    """The noise of a match at any point, through a lens: a function of the slopes in both views and the distance.
 
     Parameters
     ----------
@@ -55,7 +63,7 @@ def noise_model(
         What focusing needs of each view, by its name.
     """
 
-    def defocus(view: str, slope: Scalar, distance: Scalar) -> Scalar:
+    def defocus(view: ViewName, slope: Scalar, distance: Scalar) -> Scalar:
         ray = chief_ray(light[view], slope)
         return lens.blur(reciprocal_image_depth(ray, reciprocal_along_ray(slope, distance)))
 
@@ -68,17 +76,17 @@ def sharp_noise_model(conditions: Conditions, pair: StereoPair, f_number: Scalar
 
 
 def _noise_model(
-    conditions: Conditions, pair: StereoPair, f_number: Scalar, defocus: Callable[[str, Scalar, Scalar], Scalar]
+    conditions: Conditions, pair: StereoPair, f_number: Scalar, defocus: Callable[[ViewName, Scalar, Scalar], Scalar]
 ) -> Scalar | NoiseModel:
     if isinstance(conditions.predicted_share, float) and conditions.predicted_share == 0.0:
         return conditions.constant
-    exposure = Exposure(conditions.pixel_pitch, f_number, wavelength=conditions.wavelength)
+    exposure = CameraSetting(conditions.pixel_pitch, f_number, wavelength=conditions.wavelength)
     views = {
         "lower": (pair.gain_lower, pair.sense_lower),
         "upper": (pair.gain_upper, pair.sense_upper),
     }
 
-    def image_point(view: str, slope: Scalar, distance: Scalar) -> ImagePoint:
+    def image_point(view: ViewName, slope: Scalar, distance: Scalar) -> ImagePoint:
         gain, sense = views[view]
         law = pair.law
         radius = image_radius(slope, gain, pair.principal_distance, sense, law)
@@ -95,10 +103,12 @@ def _noise_model(
             None if law.is_perspective else (along, across),
         )
 
-    def noise_at(lower: Scalar, upper: Scalar, distance: Scalar) -> tuple[Scalar, Scalar]:
-        of_upper, of_lower = matching_noise(
-            image_point("upper", upper, distance),
-            image_point("lower", lower, distance),
+    def noise_at(slopes: PerView[Scalar], distance: Scalar) -> PerView[Scalar]:
+        matched = matching_noise(
+            PerView(
+                upper=image_point("upper", slopes.upper, distance),
+                lower=image_point("lower", slopes.lower, distance),
+            ),
             distance,
             conditions.texture,
             conditions.light,
@@ -107,6 +117,9 @@ def _noise_model(
         )
         floor = conditions.constant * conditions.constant
         share = conditions.predicted_share
-        return sqrt(floor + share * of_lower * of_lower), sqrt(floor + share * of_upper * of_upper)
+        return PerView(
+            lower=sqrt(floor + share * matched.lower * matched.lower),
+            upper=sqrt(floor + share * matched.upper * matched.upper),
+        )
 
     return noise_at

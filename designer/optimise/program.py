@@ -33,7 +33,12 @@ from designer.optics.clearance import (
 from designer.optics.image_law import ImageLaw
 from designer.optimise.constraints import constraints_of
 from designer.optimise.problem import Problem
-from designer.optimise.required_numbers import SPECIFICATION_NAMES, HousingKind, Specification, specification_values
+from designer.optimise.required_numbers import (
+    SPECIFICATION_NAMES,
+    HousingKind,
+    specification_from,
+    specification_values,
+)
 from designer.optimise.symbols import symbolic_numbers, with_numbers
 from designer.optimise.system import System, put_together
 from designer.optimise.variables import VARIABLE_NAMES, VARIABLES, unscaled, with_principal_distance
@@ -138,8 +143,7 @@ def _build_geometry(
     position = {name: scaled[i] for i, name in enumerate(free)}
     numbers = casadi.SX.sym("specification", len(SPECIFICATION_NAMES))
     low, high = casadi.SX.sym("low", len(VARIABLES)), casadi.SX.sym("high", len(VARIABLES))
-    named = {name: numbers[i] for i, name in enumerate(SPECIFICATION_NAMES)}
-    specification = Specification(**named, law=law, housing=housing)
+    specification = specification_from((numbers[i] for i in range(len(SPECIFICATION_NAMES))), law, housing)
     values = with_principal_distance(
         {
             variable.name: unscaled(variable, variant, position.get(variable.name, 0.0), low[i], high[i])
@@ -231,11 +235,12 @@ def _clearance_rows(system: System) -> tuple[Any, Any]:
     # Row by row, as normals_of() has them.
     of_legs = casadi.SX.sym("leg_normals", len(LEG_NORMALS) + 2, len(pairs.leg_solid)).T
     of_solids = casadi.SX.sym("solid_normals", len(SOLID_NORMALS) + 2, len(pairs.solid_solid)).T
+    clearance = system.specification.asked.manufacture.clearance_mm
     rows = []
     for weights, separations in (
         (of_legs, leg_separations(legs, solids, pairs.leg_solid, of_legs)),
         (of_solids, solid_separations(solids, pairs.solid_solid, of_solids)),
     ):
         is_chosen = casadi.sum2(weights * weights)
-        rows.append(casadi.if_else(is_chosen, separations - system.specification.clearance, 1.0))
+        rows.append(casadi.if_else(is_chosen, separations - clearance, 1.0))
     return casadi.vertcat(*rows), casadi.vertcat(casadi.vec(of_legs.T), casadi.vec(of_solids.T))

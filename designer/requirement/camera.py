@@ -11,7 +11,7 @@ from designer.design import MOST_COEFFICIENTS, Projection
 from designer.optics.image_law import WIDEST_ANGLE, ImageLaw, widest_half_tangent
 from designer.optics.thin_lens import principal_distance, pupil_radius
 from designer.requirement.part import METRES, NumberOrRange, Part, ends
-from designer.requirement.quantity import Choice, Coefficients, Quantity, refuse
+from designer.requirement.quantity import Choice, Coefficients, DesignQuantity, Quantity, refuse
 
 CLOSEST_FOCUS = 1.001
 """Focus distance in focal lengths that no lens goes below: there its image plane would lie a thousand of them away."""
@@ -201,7 +201,7 @@ class Camera(Part):
     ]
     body_radius_mm: Annotated[
         float,
-        Quantity(0.5, 1e4, "mm", if_smaller=METRES),
+        DesignQuantity(0.5, 1e4, "mm", if_smaller=METRES),
         Field(
             title="camera body's radius",
             description="Radius of the cylinder about the optical axis that encloses the camera body below the lens.",
@@ -209,7 +209,7 @@ class Camera(Part):
     ]
     nearest_mirror_mm: Annotated[
         float,
-        Quantity(0, 1e4, "mm"),
+        DesignQuantity(0, 1e4, "mm"),
         Field(
             title="nearest mirror point, at least",
             default=25.0,

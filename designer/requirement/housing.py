@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from designer.housing import LEAST_INDEX, MATERIALS, MOST_INDEX
 from designer.requirement.part import METRES, Part
-from designer.requirement.quantity import Choice, Quantity, refuse
+from designer.requirement.quantity import Choice, DesignQuantity, Quantity, refuse
 
 _KIND_OF_KEY = {
     "wall_mm": ("tube",),
@@ -36,7 +36,7 @@ class Housing(Part):
     ]
     wall_mm: Annotated[
         float,
-        Quantity(0.1, 100, "mm", if_smaller=METRES),
+        DesignQuantity(0.1, 100, "mm", if_smaller=METRES),
         Field(
             title="wall of the tube",
             default=3.0,
@@ -79,12 +79,12 @@ class Housing(Part):
     ]
     width_mm: Annotated[
         float,
-        Quantity(0.1, 1000, "mm", if_smaller=METRES),
+        DesignQuantity(0.1, 1000, "mm", if_smaller=METRES),
         Field(title="diameter of a strut", default=4.0, description="Diameter of each strut, a round rod. Default: 4."),
     ]
     clearance_mm: Annotated[
         float,
-        Quantity(0.001, 1000, "mm"),
+        DesignQuantity(0.001, 1000, "mm"),
         Field(
             title="gap between mirrors and housing",
             default=1.0,

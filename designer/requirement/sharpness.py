@@ -9,7 +9,7 @@ from pydantic import Field
 
 from designer.evaluate.focus import SHARP_BLUR_DEG
 from designer.requirement.part import Part
-from designer.requirement.quantity import Quantity
+from designer.requirement.quantity import DesignQuantity, Quantity
 
 
 class Sharpness(Part):
@@ -17,7 +17,7 @@ class Sharpness(Part):
 
     max_blur_deg: Annotated[
         float,
-        Quantity(0.01, 90, "degrees", may_be_infinite=True),
+        DesignQuantity(0.01, 90, "degrees", may_be_infinite=True, shown_step=0.1),
         Field(
             title="blur in the scene, at most",
             default=SHARP_BLUR_DEG,
@@ -27,7 +27,7 @@ class Sharpness(Part):
     ]
     max_blur_px: Annotated[
         float,
-        Quantity(0.1, 10_000, "pixels", may_be_infinite=True),
+        DesignQuantity(0.1, 10_000, "pixels", may_be_infinite=True),
         Field(
             title="blur on the sensor, at most",
             default=math.inf,

@@ -28,7 +28,7 @@ def design_path(folder: Path, configuration: str) -> Path:
     return folder / design_name(configuration)
 
 
-def check_folder(folder: Path, configuration: str) -> Path:
+def folder_of_check(folder: Path, configuration: str) -> Path:
     """Where the check of a configuration's design stands."""
     return folder / CHECKS / configuration
 

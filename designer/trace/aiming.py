@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from designer.design import Design
+from designer.design import Design, ViewName
 from designer.housing import Tube
 from designer.trace.arrays import Array
 from designer.trace.bundles import elevation_angles, pinhole_directions
@@ -72,7 +72,7 @@ def widest_pinhole_angle(design: Design) -> float:
 
 def meridional_rays(
     design: Design,
-    view_name: str,
+    view_name: ViewName,
     elevations_deg: ArrayLike,
     length_mm: float,
     poses: Mapping[str, Pose] | None = None,
@@ -84,7 +84,7 @@ def meridional_rays(
     leaves the pinhole towards positive distances. ``view_name`` is "upper" or "lower".
     """
     instrument = build_instrument(design, poses)
-    path = instrument.path(getattr(design.views, view_name).path)
+    path = instrument.path(design.views.by_name[view_name].path)
     elevations = np.radians(np.atleast_1d(np.asarray(elevations_deg, dtype=float)))
     psi = pinhole_angles(instrument, path, elevations, widest_pinhole_angle(design))
     trace = trace_sequential(instrument, path, pinhole_directions(psi), apertures=False)
@@ -94,14 +94,14 @@ def meridional_rays(
     return lines if design.tube is None else _through_wall(design.tube, lines, trace, length_mm)
 
 
-def project(design: Design, view_name: str, distances_mm: ArrayLike, heights_mm: ArrayLike) -> Array:
+def project(design: Design, view_name: ViewName, distances_mm: ArrayLike, heights_mm: ArrayLike) -> Array:
     """Angles psi (n,) in radians of the pinhole rays that the traced mirrors send to points; NaN where none goes.
 
     A point is given by its distance from the axis and its height over the pinhole. The ray leaves the pinhole on the
     point's side of the axis, or on the other for a view of negative gain; psi is positive in both cases. Apertures,
     blockage and the ends of a tube are ignored.
     """
-    view = getattr(design.views, view_name)
+    view = design.views.by_name[view_name]
     instrument = build_instrument(design)
     side = 1.0 if view.gain > 0.0 else -1.0
     distances, heights = np.broadcast_arrays(np.asarray(distances_mm, float), np.asarray(heights_mm, float))

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from designer.design import Design
+from designer.design import Design, ViewName
 from designer.trace.aiming import pinhole_angles, widest_pinhole_angle
 from designer.trace.arrays import Array
 from designer.trace.bundles import pinhole_directions
@@ -103,7 +103,9 @@ class Bundles:
         return np.asarray(np.sqrt(np.sum(off * off, axis=-1).mean(axis=-1)))
 
 
-def pencil_images(design: Design, view_name: str, elevations_deg: ArrayLike, distances_mm: ArrayLike) -> PencilImages:
+def pencil_images(
+    design: Design, view_name: ViewName, elevations_deg: ArrayLike, distances_mm: ArrayLike
+) -> PencilImages:
     """Virtual images of scene points, by close pencils of rays traced about each chief ray.
 
     A scene point is given by elevation in degrees of the chief ray and distance from the axis in mm, which may be
@@ -111,7 +113,7 @@ def pencil_images(design: Design, view_name: str, elevations_deg: ArrayLike, dis
     tells which rays meet in it, and so where they seem to come from. Apertures and blockage are ignored.
     """
     instrument = build_instrument(design)
-    path = instrument.path(getattr(design.views, view_name).path)
+    path = instrument.path(design.views.by_name[view_name].path)
     chief = chief_rays(instrument, path, elevations_deg, widest_pinhole_angle(design))
     with np.errstate(all="ignore"):
         return _pencil_images(instrument, path, chief, np.atleast_1d(np.asarray(distances_mm, dtype=float)))
@@ -119,7 +121,7 @@ def pencil_images(design: Design, view_name: str, elevations_deg: ArrayLike, dis
 
 def trace_bundles(
     design: Design,
-    view_name: str,
+    view_name: ViewName,
     elevations_deg: ArrayLike,
     distances_mm: ArrayLike,
     *,
@@ -131,7 +133,7 @@ def trace_bundles(
     A scene point is given as for :func:`pencil_images`, at a finite distance.
     """
     instrument = build_instrument(design)
-    path = instrument.path(getattr(design.views, view_name).path)
+    path = instrument.path(design.views.by_name[view_name].path)
     chief = chief_rays(instrument, path, elevations_deg, widest_pinhole_angle(design))
     distances = np.atleast_1d(np.asarray(distances_mm, dtype=float))
     places = pupil_places(design.camera.pupil_radius_mm if pupil_radius_mm is None else pupil_radius_mm, rings)

@@ -41,9 +41,11 @@ def judge(design: Design, *, whole_image: bool = True) -> Verdict:
         rims = find_rims(design)
         needed = needed_elevations(design) or {}
         asked = {name: _as_asked(view, needed.get(name)) for name, view in design.views.by_name.items()}
-        upper, lower = (
-            judge_view(design, instrument, name, view, rims, whole_image=whole_image) for name, view in asked.items()
-        )
+        judged = {
+            name: judge_view(design, instrument, name, view, rims, whole_image=whole_image)
+            for name, view in asked.items()
+        }
+        upper, lower = judged["upper"], judged["lower"]
         problems = (
             *record_problems(design),
             *upper.problems,

@@ -98,7 +98,7 @@ def _measure(
     heights = middle + distances * np.tan(elevations)
     instrument = build_instrument(design)
     lines: list[tuple[Array, Array]] = []
-    for name, view in (("upper", views.upper), ("lower", views.lower)):
+    for name, view in views.by_name.items():
         psi = project(design, name, distances, heights)
         imaged = (
             scale * camera.focal_length_mm * np.tan(psi)

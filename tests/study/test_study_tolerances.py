@@ -18,7 +18,13 @@ from designer.requirement import read_requirement
 from designer.study.names import TOLERANCES
 from designer.study.row import Row
 from designer.study.study import Study
-from designer.study.tolerances import Forgiveness, StudyTolerances, read_tolerances_of_study, tolerate_designs
+from designer.study.tolerances import (
+    Forgiveness,
+    StudyTolerances,
+    read_tolerances_of_study,
+    to_be_built,
+    tolerate_designs,
+)
 from support import CONFIGS
 from support.studied_designs import sharp_design
 
@@ -119,3 +125,18 @@ def test_a_design_that_cannot_be_built_says_why(tmp_path: Path) -> None:
     found = tolerate_designs([broken], tolerances_of_grade("coarse"), "coarse", tmp_path, trials=10)
     assert found.designs[0].problem
     assert json.loads((tmp_path / TOLERANCES).read_text())["designs"][0]["problem"] == found.designs[0].problem
+
+
+def test_a_design_that_forgives_more_than_the_best_is_built_too() -> None:
+    """Whichever it is by ray tracing: the direct design at standard tolerances, though its nominal error is larger."""
+    names = ("ceiling_watch:folded-HyEl-El-upper_inner", "ceiling_watch:direct-HyEl-upper_inner")
+    folded, direct = (sharp_design(name) for name in names)
+    standard = tolerances_of_grade("standard")
+    traced = [
+        np.quantile(study_tolerances(design, standard, TRIALS, seed=3).trials.depth_error_after, 0.95)
+        for design in (folded, direct)
+    ]
+    assert traced[1] < 0.7 * traced[0]
+    assert to_be_built([folded, direct], standard, best=1) == [folded, direct]
+    assert to_be_built([direct, folded], standard, best=1) == [direct]
+    assert to_be_built([folded, direct], standard, best=2) == [folded, direct]

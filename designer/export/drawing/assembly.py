@@ -10,7 +10,17 @@ from designer.design import VIEW_NAMES, Design, Mirror, ViewName
 from designer.evaluate.fabrication import size_of
 from designer.export.drawing import paper
 from designer.export.drawing.paper import Drawn, Point, area, balloon, dot, hatched, label, level_dimension, line
-from designer.trace.outline import SIDES, Box, Polyline, body_box, face, face_height, leaving_rays, lens_box, substrate
+from designer.trace.outline import (
+    SIDES,
+    CylinderSection,
+    Polyline,
+    body_box,
+    face_height,
+    face_outline,
+    leaving_rays,
+    lens_box,
+    substrate,
+)
 from designer.typesetting.markup import number
 
 Placing = Callable[[float, float], Point]
@@ -76,7 +86,7 @@ def _outlines(mirror: Mirror) -> list[Polyline]:
     """A mirror's section on both sides of the axis; one piece where there is no hole."""
     if mirror.inner_radius_mm > 0.0:
         return [substrate(mirror, _SAMPLES, side)[:-1] for side in SIDES]
-    front = np.vstack([face(mirror, _SAMPLES, -1.0)[::-1], face(mirror, _SAMPLES)[1:]])
+    front = np.vstack([face_outline(mirror, _SAMPLES, -1.0)[::-1], face_outline(mirror, _SAMPLES)[1:]])
     return [np.vstack([front, (front + np.array([0.0, mirror.back_offset_mm]))[::-1]])]
 
 
@@ -92,7 +102,7 @@ def _cut_off(points: Sequence[Point], frame: tuple[float, float, float, float]) 
     return [*kept, (x + share * (u - x), y + share * (v - y))]
 
 
-def _open_below(box: Box, at: Placing) -> str:
+def _open_below(box: CylinderSection, at: Placing) -> str:
     corners = [at(-box.radius, box.low), at(-box.radius, box.high), at(box.radius, box.high), at(box.radius, box.low)]
     return area(corners, 0.0, 'rgb("#f2f2f2")', "white") + line(corners, 0.25)
 

@@ -85,7 +85,7 @@ def render_dots(
     points = np.asarray(points_mm, dtype=float).reshape(-1, 3)
     random = np.random.default_rng([seed, 0xD075])
     for name in views:
-        path = instrument.path(getattr(design.views, name).path)
+        path = instrument.path(design.views.by_name[name].path)
         for point, (u, v) in zip(points, project_points(design, name, points), strict=True):
             if not np.isfinite([u, v]).all():
                 continue
@@ -96,7 +96,7 @@ def render_dots(
             trace = trace_first_hits(instrument, sensor.directions(across, down, starts, pupil), starts)
             free = compare_with_path(trace, path).status == Status.OK
             angle = float(spacing(np.hypot(*on_sensor(camera, np.array(u), np.array(v)))))
-            middle = getattr(design.views, name).viewpoint_mm
+            middle = design.views.by_name[name].viewpoint_mm
             radius = radius_px * angle * float(np.linalg.norm(point - (0.0, 0.0, middle)))
             ball = Sphere((float(point[0]), float(point[1]), float(point[2])), radius)
             lit = np.zeros(free.shape, dtype=np.float32)
@@ -108,7 +108,7 @@ def render_dots(
 
 def project_points(design: Design, view_name: ViewName, points_mm: Array) -> Array:
     """Pixels (m, 2) as (u, v) where the traced mirrors show points (m, 3), apertures ignored; NaN where they cannot."""
-    camera, view = design.camera, getattr(design.views, view_name)
+    camera, view = design.camera, design.views.by_name[view_name]
     if design.as_built is not None:
         found = project_built(design, view_name, targets_of(design, view_name, points_mm), values_of(design)[None])
         return np.asarray(camera.principal_point_px + found.pixels[:, 0].T)
@@ -165,7 +165,7 @@ def _pupil_places(radius: float, rings: int) -> Array:
 def _aimed_slopes(design: Design, view_name: ViewName, places: Array, slopes: Array, point: Array) -> Array:
     """Slopes (n, 2) dx/dz, dy/dz of rays from places (n, 3) that pass the mirrors to a point, by Newton's method."""
     instrument = build_instrument(design)
-    path = instrument.path(getattr(design.views, view_name).path)
+    path = instrument.path(design.views.by_name[view_name].path)
 
     def miss(trial: Array) -> Array:
         """How far (n, 3) the exit rays pass from the point, per distance to it."""

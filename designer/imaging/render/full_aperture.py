@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from designer.design import Camera, Design
 from designer.imaging.render.camera_rays import Array, angular_spacing, is_in_field, on_sensor, stretched_area
-from designer.imaging.render.lens import Lens, Pupil, diffract, pupil_of
+from designer.imaging.render.lens import Pupil, RenderedLens, diffract, pupil_of
 from designer.imaging.render.passage import (
     BLACK_PARTS_RADIANCE,
     UNKNOWN,
@@ -28,7 +28,7 @@ from designer.imaging.render.passage import (
     pencil_terms,
     trace_pupil,
 )
-from designer.imaging.render.scenes.world import Rays, World, first_surfaces_on, radiance
+from designer.imaging.render.scenes.world import SceneRays, World, first_surfaces_on, radiance
 from designer.imaging.render.sensor import Sensor, sensor_of
 from designer.imaging.render.textures import Floats
 from designer.imaging.render.threads import for_each
@@ -96,7 +96,9 @@ class Optics:
         return cls(sensor, pupil_of(sensor.camera), passage, angular_spacing(design, nominal))
 
 
-def render_full_aperture(design: Design, worlds: Sequence[World], samples: int, lens: Lens, seed: int) -> list[Floats]:
+def render_full_aperture(
+    design: Design, worlds: Sequence[World], samples: int, lens: RenderedLens, seed: int
+) -> list[Floats]:
     """The images (h, w) of worlds through the pupil and a lens; ``samples`` squared rays for each pixel."""
     optics = Optics.of(design)
     camera = optics.sensor.camera
@@ -115,7 +117,7 @@ def render_full_aperture(design: Design, worlds: Sequence[World], samples: int, 
 
 
 def render_block(
-    optics: Optics, worlds: Sequence[World], block: PixelBlock, samples: int, lens: Lens, turn: float
+    optics: Optics, worlds: Sequence[World], block: PixelBlock, samples: int, lens: RenderedLens, turn: float
 ) -> Iterator[tuple[Pixels, Pixels, list[Floats]]]:
     """Rows, columns and, for each world, radiances (n,) of the pixels of a block, for each of its reflections.
 
@@ -136,7 +138,7 @@ def render_block(
     points, directions = (np.ascontiguousarray(vectors.T) for vectors in exits)
     for symmetry in block.symmetries:
         radiances = []
-        rays = Rays.of(symmetry.of(points), symmetry.of(directions))
+        rays = SceneRays.of(symmetry.of(points), symmetry.of(directions))
         for world in worlds:
             seen = np.full(len(share), BLACK_PARTS_RADIANCE, dtype=np.float32)
             hits = first_surfaces_on(world, rays)

@@ -24,9 +24,9 @@ from designer.imaging.render.camera_rays import (
     stretched_area,
 )
 from designer.imaging.render.full_aperture import render_full_aperture
-from designer.imaging.render.lens import LOSSLESS, Lens, Pupil, pupil_of
+from designer.imaging.render.lens import LOSSLESS, Pupil, RenderedLens, pupil_of
 from designer.imaging.render.passage import BLACK_PARTS_RADIANCE
-from designer.imaging.render.scenes.world import Array, Rays, World, first_surfaces_on, radiance
+from designer.imaging.render.scenes.world import Array, SceneRays, World, first_surfaces_on, radiance
 from designer.imaging.render.sensor import Sensor, sensor_of
 from designer.imaging.render.textures import Floats
 from designer.imaging.render.threads import for_each
@@ -77,7 +77,7 @@ def render(
     samples: int = 2,
     aperture: bool = False,
     seed: int = 0,
-    lens: Lens | None = None,
+    lens: RenderedLens | None = None,
 ) -> Floats:
     """The image (h, w) that the camera records of one world; the parameters are those of :func:`render_all`."""
     return render_all(design, (world,), samples=samples, aperture=aperture, seed=seed, lens=lens)[0]
@@ -90,7 +90,7 @@ def render_all(
     samples: int = 2,
     aperture: bool = False,
     seed: int = 0,
-    lens: Lens | None = None,
+    lens: RenderedLens | None = None,
 ) -> list[Floats]:
     """The images (h, w) that the camera records of worlds, radiance 0 to 1, without sensor noise; traced once.
 
@@ -200,17 +200,19 @@ def _reflected(
     )
 
 
-def _leaving(sensor: Sensor, trace: FirstHitTrace, mirror_u: bool, mirror_v: bool) -> tuple[Rays, NDArray[np.intp]]:
+def _leaving(
+    sensor: Sensor, trace: FirstHitTrace, mirror_u: bool, mirror_v: bool
+) -> tuple[SceneRays, NDArray[np.intp]]:
     """The rays that leave the sensor for the world, and their indices."""
     free = np.flatnonzero(trace.status == Status.ESCAPED)
     signs = np.array([-1.0 if mirror_u else 1.0, -1.0 if mirror_v else 1.0, 1.0])[:, None]
     left = sensor.leaving(trace.exit_point[free], trace.exit_direction[free])
     exits = (left.point[left.is_free], left.direction[left.is_free])
     points, directions = (np.multiply(vectors.T, signs, order="C") for vectors in exits)
-    return Rays.of(points, directions), free[left.is_free]
+    return SceneRays.of(points, directions), free[left.is_free]
 
 
-def _seen(world: World, rays: Rays, free: NDArray[np.intp], spacing: Array) -> Floats:
+def _seen(world: World, rays: SceneRays, free: NDArray[np.intp], spacing: Array) -> Floats:
     """Radiance (n,) along traced rays: of the world on those that are ``free``, of black parts on the others."""
     seen = np.full(spacing.shape, BLACK_PARTS_RADIANCE, dtype=np.float32)
     hits = first_surfaces_on(world, rays)

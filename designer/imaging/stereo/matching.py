@@ -15,20 +15,19 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from enum import IntEnum
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from designer.evaluate.noise import Matcher
 from designer.files import InputError
 from designer.imaging.images import Image
 from designer.imaging.stereo.costs import LARGEST_WINDOW, UNSEARCHED, equiangular_fit, least_sums, sums_beside
 from designer.imaging.stereo.panorama import AZIMUTH_PADDING, PanoramaGrid
 from designer.imaging.stereo.reconstruction import disparity_from_distance, distance_map
-from designer.imaging.stereo.refinement import refine
-
-Matcher = Literal["sad", "semi_global"]
+from designer.imaging.stereo.refinement import refine_disparities
 
 
 class MatchOutcome(IntEnum):
@@ -186,7 +185,7 @@ def match(
     if options.speckle_size:
         _drop(matches, _speckles(matches.disparities, options), MatchOutcome.SPECKLE)
     if options.follow_slants:
-        matches.disparities[:] = refine(matches.disparities, upper, lower, options.window)
+        matches.disparities[:] = refine_disparities(matches.disparities, upper, lower, options.window)
         matches.distances_mm[:] = distance_map(grid, matches.disparities, search.baseline_mm)
         near, far = search.distances_mm
         _drop(matches, (matches.distances_mm < near) | (matches.distances_mm > far), MatchOutcome.OUT_OF_RANGE)

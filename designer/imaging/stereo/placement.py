@@ -33,7 +33,7 @@ class ImagePlacement:
     scale: float = 1.0
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ViewPlacements:
     """How the image of each view lies, where the mirrors of a built sensor do not share an axis."""
 
@@ -134,7 +134,7 @@ def placement_of_view(placement: Placement, name: ViewName) -> ImagePlacement:
 def view_image(design: Design, name: ViewName, placement: Placement | None = None) -> ViewImage:
     """The image of the upper or lower view of a design, in a camera placed as given (as designed by default)."""
     camera = design.camera
-    view = design.views.upper if name == "upper" else design.views.lower
+    view = design.views.by_name[name]
     placement = placement_of_view(placement or centred(camera), name)
     low, high = (float(np.tan(np.radians(angle))) for angle in view.elevation_deg)
     return ViewImage(

@@ -33,7 +33,7 @@ from designer.imaging.stereo.panorama import (
 )
 from designer.imaging.stereo.placement import Placement, ViewImage
 from designer.imaging.stereo.reconstruction import PointCloud, reconstruct, triangulate
-from designer.imaging.stereo.traced_view import TracedView, midpoints, traced_views
+from designer.imaging.stereo.traced_view import TracedViewImage, midpoints, traced_views
 from designer.optics.tube import wall_of
 
 # How far beyond the working volume, as a factor of distance, a match is still believed.
@@ -62,7 +62,7 @@ class StereoRig:
     @property
     def is_traced(self) -> bool:
         """Whether the tables are those of a built sensor."""
-        return isinstance(self.images["upper"], TracedView)
+        return isinstance(self.images["upper"], TracedViewImage)
 
 
 def build_rig(

@@ -63,7 +63,7 @@ class Departed:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TracedView(ViewImage):
+class TracedViewImage(ViewImage):
     """A view of a built sensor; ``placement`` is that of the design."""
 
     departed: Departed | None = None
@@ -152,12 +152,12 @@ def _is_table(slope: Floats, azimuth: Floats) -> bool:
 
 
 def _ray(image: ViewImage, slope: Floats, azimuth: Floats) -> tuple[Floats, Floats]:
-    if not isinstance(image, TracedView):
+    if not isinstance(image, TracedViewImage):
         raise TypeError("only a traced view has rays of its own")
     return image.ray_of(slope, azimuth)
 
 
-def _traced_view(design: Design, view: ViewName) -> TracedView:
+def _traced_view(design: Design, view: ViewName) -> TracedViewImage:
     plain = view_image(design, view)
     near, far = design.working_volume.distance_mm
     reference = 2.0 / (1.0 / near + 1.0 / far)
@@ -186,4 +186,4 @@ def _traced_view(design: Design, view: ViewName) -> TracedView:
     right_px, down_px = u + u0 + camera.image_shift_x_px - designed_u, v + v0 + camera.image_shift_y_px - designed_v
     splines = (RectBivariateSpline(azimuths, elevations, part) for part in (right_px, down_px, aside, steeper))
     departed = Departed(reference, (float(low), float(high)), *splines)
-    return TracedView(**{each.name: getattr(plain, each.name) for each in fields(plain)}, departed=departed)
+    return TracedViewImage(**{each.name: getattr(plain, each.name) for each in fields(plain)}, departed=departed)

@@ -23,7 +23,7 @@ from designer.report.content.tables import (
     lens_choice,
     paper_comparison,
     prescription,
-    ranking,
+    ranking_table,
 )
 from designer.report.content.verdict import configuration_in_words, ties, verdict
 from designer.report.figures.depth_map import IMAGE_CIRCLE_PX
@@ -35,7 +35,7 @@ from designer.report.figures.registry import (
     TRADE,
     WINNER_DRAWING,
     WINNER_PANEL,
-    Drawing,
+    DrawnFigure,
     design_figures,
     study_figures,
 )
@@ -51,7 +51,7 @@ PAPER_STUDY = "indoor_robot"
 """The requirement taken from the paper's prototype, which is then shown beside the paper's numbers."""
 
 
-Drawings = Mapping[str, Drawing]
+Drawings = Mapping[str, DrawnFigure]
 """The figures by the names of their files."""
 
 
@@ -204,7 +204,7 @@ def ranking_section(study: Study) -> str:
         note += text(f" {tied}")
     opening = "#pagebreak(weak: true)\n" if study.feasible else ""
     impossible = study.with_status("impossible")
-    listed = ranking(row for row in study.rows if row.status != "impossible")
+    listed = ranking_table(row for row in study.rows if row.status != "impossible")
     if impossible:
         listed += f"\n== Excluded by rule ({len(impossible)})\n{excluded(impossible)}"
     return f"{opening}= Ranking of all configurations <ranking>\n{note}\n\n{listed}"

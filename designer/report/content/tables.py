@@ -16,7 +16,7 @@ _EQUALLY = "; equally, "
 PAPER_CONFIGURATION = "folded-HyPl-Hy-upper_outer"
 
 
-def percent(value: float | None, decimals: int | None = None) -> str:
+def in_percent(value: float | None, decimals: int | None = None) -> str:
     """A share as percent, without the sign; with three significant digits unless decimals are given."""
     if decimals is None:
         decimals = percent_decimals([value], significant=3)
@@ -122,7 +122,7 @@ def excluded(rows: Iterable[Row]) -> str:
     )
 
 
-def ranking(rows: Iterable[Row]) -> str:
+def ranking_table(rows: Iterable[Row]) -> str:
     """Configurations with their status: feasible ones by rank with their numbers, the others with their reason.
 
     A star marks depth errors that first order does not tell truly at the worst point of the volume.
@@ -134,7 +134,7 @@ def ranking(rows: Iterable[Row]) -> str:
     for row in rows:
         head = [cell(row.rank or DASH), f"name-of({literal(row.configuration)})", cell(row.status)]
         if row.status == "feasible":
-            error = text(percent(row.number("depth_error_rms"), decimals))
+            error = text(in_percent(row.number("depth_error_rms"), decimals))
             if starred:
                 # Hidden where it does not apply, so that the digits stay in line.
                 error += '#text("*")' if row.is_beyond_first_order else '#hide("*")'
@@ -208,7 +208,7 @@ def lens_choice(rows: Iterable[LensRow]) -> str:
         at = "infinity" if row.focus_distance_mm is None else number(row.focus_distance_mm, 0)
         values = [
             "chosen" if row.is_chosen else "feasible",
-            percent(row.depth_error_rms, decimals),
+            in_percent(row.depth_error_rms, decimals),
             number(row.height_mm, 1),
             number(row.f_number, 2),
             at,
@@ -249,7 +249,7 @@ def paper_comparison(design: Design, row: Row) -> str:
         ("vertical field, lower viewpoint (°)", "not given", _span(lower)),
         ("image (px)", "1600 × 1200", f"{camera.width_px} × {camera.height_px}"),
         ("lens", "12 mm", lens or f"principal distance {number(camera.focal_length_mm, 2)} mm"),
-        ("rms depth error (%)", "not given", percent(row.number("depth_error_rms"))),
+        ("rms depth error (%)", "not given", in_percent(row.number("depth_error_rms"))),
     ]
     return call(
         "ruled",

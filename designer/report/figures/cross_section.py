@@ -15,8 +15,8 @@ from designer.report.figures.style import GREY, HALO, INK, LIGHT_GREY, VIEW_COLO
 from designer.trace.outline import (
     SIDES,
     body_box,
-    face,
     face_height,
+    face_outline,
     housing_sections,
     leaving_rays,
     lens_box,
@@ -38,14 +38,14 @@ VIEWPOINT_MARKER = {"upper": "^", "lower": "v"}
 
 
 @dataclass(frozen=True, slots=True)
-class Drawing:
+class ScaledFigure:
     """A finished drawing and its reduction 1 : ``scale``."""
 
     figure: Figure
     scale: float
 
 
-def draw_cross_section(design: Design, width_mm: float, height_mm: float) -> Drawing:
+def draw_cross_section(design: Design, width_mm: float, height_mm: float) -> ScaledFigure:
     """Draw a design within a space on paper: the upper view's rays on the right, the lower view's on the left.
 
     Rays fan out over the elevations asked of each view; dotted lines lead the leaving rays back to the viewpoint.
@@ -76,7 +76,7 @@ def draw_cross_section(design: Design, width_mm: float, height_mm: float) -> Dra
     _draw_balloons(axes, design, scale)
     _draw_viewpoints(axes, design, frame, scale)
     _draw_dimensions(axes, design, outline, frame, scale)
-    return Drawing(figure, scale)
+    return ScaledFigure(figure, scale)
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +169,7 @@ def _draw_camera(axes: Axes, design: Design, frame: _Frame) -> None:
 
 def _draw_mirror(axes: Axes, mirror: Mirror) -> None:
     for side in SIDES:
-        blank, front = substrate(mirror, SAMPLES_OF_A_FACE, side), face(mirror, SAMPLES_OF_A_FACE, side)
+        blank, front = substrate(mirror, SAMPLES_OF_A_FACE, side), face_outline(mirror, SAMPLES_OF_A_FACE, side)
         axes.add_patch(Polygon(blank[:-1], facecolor=LIGHT_GREY, edgecolor=GREY, linewidth=0.4, zorder=4))
         axes.plot(front[:, 0], front[:, 1], color=INK, linewidth=1.7, solid_capstyle="butt", zorder=5)
 
