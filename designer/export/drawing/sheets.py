@@ -8,7 +8,7 @@ from importlib import resources
 from designer import __version__
 from designer.as_built.named import NamedTolerances
 from designer.design import Design, Mirror, design_to_json
-from designer.export.assembly_name import ASSEMBLY, check_no_mirror_is_the_assembly
+from designer.export.assembly_name import ASSEMBLY, check_names_of_parts
 from designer.export.drawing.assembly import assembly_drawing
 from designer.export.drawing.assembly_fields import assembly_groups, vertex_table
 from designer.export.drawing.fields import fields
@@ -43,7 +43,7 @@ def drawing_sheets(design: Design, tolerances: NamedTolerances | None = None) ->
 
 def sheet_sources(design: Design, tolerances: NamedTolerances | None = None) -> dict[str, str]:
     """The Typst source of every sheet, by its name."""
-    check_no_mirror_is_the_assembly(design)
+    check_names_of_parts(design)
     _check_surroundings(design)
     for mirror in design.mirrors:
         _check(mirror)

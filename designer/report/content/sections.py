@@ -134,7 +134,8 @@ def winner(study: Study, drawings: Drawings) -> str:
         "Lengths in mm. Solid blue: the upper view (right); dashed red: the lower view (left); each at five "
         "elevations of its required range, the end rays drawn thick. Dotted lines extend the rays back to the "
         "effective viewpoints $F_u$ and $F_l$; "
-        "$O$ is the camera's pinhole, and the numbers are those of the prescription. Grey: substrates, lens and camera."
+        "$O$ is the camera's pinhole, and the numbers are those of the prescription. Grey: substrates, lens and camera"
+        f"{'' if design.housing is None else '; pale blue: the ' + design.housing.kind}."
     )
     words = configuration_in_words(design.configuration)
     tolerances = None if study.tolerances is None else study.tolerances.tolerances
