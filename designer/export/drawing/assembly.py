@@ -17,6 +17,7 @@ from designer.trace.outline import (
     body_box,
     face_height,
     face_outline,
+    housing_sections,
     leaving_rays,
     lens_box,
     substrate,
@@ -76,6 +77,9 @@ def assembly_drawing(design: Design) -> Drawn:
         for half in _outlines(mirror):
             outline = [at(float(x), float(z)) for x, z in half]
             drawn += [area(outline, 0.3, "white"), hatched(outline, 1.2, rising=index % 2 == 0), area(outline, 0.35)]
+    for section in housing_sections(design):
+        wall = [at(float(x), float(z)) for x, z in section[:-1]]
+        drawn += [area(wall, 0.25, 'rgb("#e3eff5")')]
     drawn += _balloons(design, at)
     drawn += _heights(design, at, frame)
     drawn += _overall(design, at)
@@ -125,8 +129,12 @@ def _balloons(design: Design, at: Placing) -> list[str]:
 
 def _features(design: Design) -> list[tuple[float, str]]:
     """Heights above the pinhole that the drawing gives, with what is there."""
-    camera, views = design.camera, design.views
+    camera, views, housing = design.camera, design.views, design.housing
+    ends: list[tuple[float, str]] = []
+    if housing is not None:
+        ends = [(housing.low_mm, f"foot of {housing.kind}"), (housing.high_mm, f"top of {housing.kind}")]
     return [
+        *ends,
         *((mirror.vertex_mm, f"vertex V{index}") for index, mirror in enumerate(design.mirrors, 1)),
         (views.upper.viewpoint_mm, "upper viewpoint"),
         (views.lower.viewpoint_mm, "lower viewpoint"),
@@ -168,7 +176,7 @@ def _overall(design: Design, at: Placing) -> list[str]:
     size = size_of(design)
     top, bottom, radius = float(size.top), float(size.bottom), float(size.radius)
     widest = max(design.mirrors, key=lambda mirror: mirror.outer_radius_mm)
-    rim = face_height(widest, widest.outer_radius_mm)
+    rim = face_height(widest, widest.outer_radius_mm) if design.housing is None else design.housing.high_mm
     (left, rim_y), (right, _) = at(-radius, rim), at(radius, rim)
     across = level_dimension(7.0, (left, right), (rim_y, rim_y), f"⌀{number(2.0 * radius, 3)}")
     high, low = at(0.0, top)[1], at(0.0, bottom)[1]
@@ -178,8 +186,11 @@ def _overall(design: Design, at: Placing) -> list[str]:
 
 
 def _reach(design: Design, height: float) -> float:
-    """How far from the axis the part reaches that is at this height: an edge of a mirror, or the lens."""
+    """How far from the axis the part reaches that is at this height: an edge of a mirror, lens or housing."""
     reaches = [design.camera.lens_radius_mm if height == design.camera.lens_front_mm else 0.0]
+    housing = design.housing
+    if housing is not None and height in (housing.low_mm, housing.high_mm):
+        reaches.append(housing.outer_radius_mm)
     for mirror in design.mirrors:
         for radius in (mirror.inner_radius_mm, mirror.outer_radius_mm):
             face = face_height(mirror, radius)

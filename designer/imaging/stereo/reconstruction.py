@@ -1,9 +1,9 @@
 """From corresponding rows to points: closed-form triangulation and its uncertainty.
 
 A point that the lower viewpoint sees at slope m_l and the upper one at m_u lies at the horizontal distance
-D = b / (m_l - m_u) and the height z_l + D m_l. In a cylindrical panorama rows are equal steps of slope, so D is
-inversely proportional to the disparity; in a spherical one the two slopes are tangents of the rows' elevations.
-The frame is the pinhole's, lengths in mm.
+D = b / (m_l - m_u) and the height z_l + D m_l; seen through the wall of a tube, where :mod:`designer.optics.tube` says.
+In a cylindrical panorama rows are equal steps of slope, so D is inversely proportional to the disparity; in a spherical
+one the two slopes are tangents of the rows' elevations. The frame is the pinhole's, lengths in mm.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from designer.evaluate.depth import depth_shift_per_scale, noise_mm_of, point_co
 from designer.imaging.images import Image
 from designer.imaging.stereo.panorama import PanoramaGrid
 from designer.imaging.stereo.placement import Floats
+from designer.optics.tube import Wall, distance_of, shift_along_axis, wall_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,17 +39,25 @@ class PointCloud:
 
 
 def triangulate(
-    slope_lower: ArrayLike, slope_upper: ArrayLike, lower_viewpoint_mm: float, baseline_mm: float
+    slope_lower: ArrayLike,
+    slope_upper: ArrayLike,
+    lower_viewpoint_mm: float,
+    baseline_mm: float,
+    wall: Wall | None = None,
 ) -> tuple[Floats, Floats]:
     """Horizontal distance and height (mm) of points from the slopes at which the two viewpoints see them.
+
+    Both are seen through the ``wall`` of a tube, if there is one.
 
     The distance is infinite, and the height not a number, where the lines of sight do not meet.
     """
     lower, upper = np.asarray(slope_lower, dtype=float), np.asarray(slope_upper, dtype=float)
     apart = lower - upper
     meets = apart > 0
-    distance = np.where(meets, baseline_mm / np.where(meets, apart, 1.0), np.inf)
-    height = np.where(meets, lower_viewpoint_mm + np.where(meets, distance, 0.0) * lower, np.nan)
+    with np.errstate(all="ignore"):
+        distance = np.where(meets, np.asarray(distance_of(lower, upper, baseline_mm, wall)), np.inf)
+    shift = 0.0 if wall is None else shift_along_axis(lower, wall)
+    height = np.where(meets, lower_viewpoint_mm + shift + np.where(meets, distance, 0.0) * lower, np.nan)
     return distance, height
 
 
@@ -112,7 +121,8 @@ def reconstruct(
     columns, rows = np.nonzero(np.isfinite(disparities))
     slope_upper = grid.slope("upper", rows)
     slope_lower = grid.slope("lower", rows - disparities[columns, rows].astype(float))
-    distance, height = triangulate(slope_lower, slope_upper, design.views.lower.viewpoint_mm, design.baseline_mm)
+    viewpoint = design.views.lower.viewpoint_mm
+    distance, height = triangulate(slope_lower, slope_upper, viewpoint, design.baseline_mm, wall_of(design))
     ahead = np.isfinite(distance)
     columns, rows, distance, height = columns[ahead], rows[ahead], distance[ahead], height[ahead]
     azimuth = grid.azimuth(columns)

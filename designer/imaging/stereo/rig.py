@@ -32,8 +32,9 @@ from designer.imaging.stereo.panorama import (
     view_images,
 )
 from designer.imaging.stereo.placement import Placement, ViewImage
-from designer.imaging.stereo.reconstruction import PointCloud, reconstruct
+from designer.imaging.stereo.reconstruction import PointCloud, reconstruct, triangulate
 from designer.imaging.stereo.traced_view import TracedViewImage, midpoints, traced_views
+from designer.optics.tube import wall_of
 
 # How far beyond the working volume, as a factor of distance, a match is still believed.
 RANGE_MARGIN = 1.1
@@ -109,7 +110,11 @@ def build_rig(
     near, far = design.working_volume.distance_mm
     grid = panorama_grid(design, sampling, columns, elevation_deg)
     images = traced_views(design) if as_built else view_images(design, placement)
-    search = search_range(grid, design.baseline_mm, distances_mm or (near / RANGE_MARGIN, far * RANGE_MARGIN))
+    nearest, farthest = distances_mm or (near / RANGE_MARGIN, far * RANGE_MARGIN)
+    if design.tube is not None:
+        # Before correction, points come out nearer by less than the wall is thick.
+        nearest = max(nearest - design.tube.wall_mm, nearest / 2.0)
+    search = search_range(grid, design.baseline_mm, (nearest, farthest))
     tables = {view: look_up(grid, images[view], view) for view in VIEW_NAMES}
     imaged = PerView(upper=tables["upper"].imaged, lower=tables["lower"].imaged)
     if not (imaged.upper.any() or imaged.lower.any()):
@@ -162,19 +167,35 @@ def match_image(rig: StereoRig, raw: Image, options: MatchingOptions = DEFAULT_O
     """Disparities, distances and outcomes of a raw image; colour is matched in grey."""
     lines = sample(rig, in_grey(raw))
     matches = match(rig.grid, rig.search, lines["upper"], lines["lower"], rig.imaged, options)
-    if rig.is_traced:
+    if rig.is_traced or rig.design.tube is not None:
         columns, rows = np.nonzero(np.isfinite(matches.distances_mm))
-        points = points_of(rig, matches.disparities, columns, rows)
-        matches.distances_mm[columns, rows] = np.hypot(points[:, 0], points[:, 1])
+        matches.distances_mm[columns, rows] = _distances_of(rig, matches.disparities, columns, rows)
     return matches
+
+
+def _distances_of(
+    rig: StereoRig, disparities: NDArray[np.float32], columns: NDArray[np.intp], rows: NDArray[np.intp]
+) -> Floats:
+    """Distances (n,) in mm of pixels of the upper panorama, where disparity and baseline alone do not give them."""
+    if rig.is_traced:
+        return np.asarray(np.hypot(*points_of(rig, disparities, columns, rows)[:, :2].T))
+    slopes = slopes_of(rig, disparities, columns, rows)
+    return triangulate(*slopes, 0.0, rig.design.baseline_mm, wall_of(rig.design))[0]
 
 
 def points_of(
     rig: StereoRig, disparities: NDArray[np.float32], columns: NDArray[np.intp], rows: NDArray[np.intp]
 ) -> Floats:
     """Where the traced rays behind pixels (n,) of the upper panorama and behind their matches meet: (n, 3) in mm."""
-    slope_lower = rig.grid.slope("lower", rows - disparities[columns, rows].astype(float))
-    return midpoints(rig.images, rig.grid.slope("upper", rows), slope_lower, rig.grid.azimuth(columns))
+    slope_lower, slope_upper = slopes_of(rig, disparities, columns, rows)
+    return midpoints(rig.images, slope_upper, slope_lower, rig.grid.azimuth(columns))
+
+
+def slopes_of(
+    rig: StereoRig, disparities: NDArray[np.float32], columns: NDArray[np.intp], rows: NDArray[np.intp]
+) -> tuple[Floats, Floats]:
+    """Slopes of the lower and the upper view's rays of pixels (n,) of the upper panorama and of their matches."""
+    return rig.grid.slope("lower", rows - disparities[columns, rows].astype(float)), rig.grid.slope("upper", rows)
 
 
 def point_cloud(

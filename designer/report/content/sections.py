@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 
 from pydantic import JsonValue
 
+from designer.as_built.allowances import mirror_allowance
+from designer.as_built.named import NamedTolerances
 from designer.design import Design
 from designer.evaluate.depth import FIRST_ORDER_BOUND
 from designer.evaluate.score import recorded_fabrication_notes
@@ -132,15 +134,17 @@ def winner(study: Study, drawings: Drawings) -> str:
         "Lengths in mm. Solid blue: the upper view (right); dashed red: the lower view (left); each at five "
         "elevations of its required range, the end rays drawn thick. Dotted lines extend the rays back to the "
         "effective viewpoints $F_u$ and $F_l$; "
-        "$O$ is the camera's pinhole, and the numbers are those of the prescription. Grey: substrates, lens and camera."
+        "$O$ is the camera's pinhole, and the numbers are those of the prescription. Grey: substrates, lens and camera"
+        f"{'' if design.housing is None else '; pale blue: the ' + design.housing.kind}."
     )
     words = configuration_in_words(design.configuration)
+    tolerances = None if study.tolerances is None else study.tolerances.tolerances
     lines = [
         "#pagebreak(weak: true)",
         "= The winning design <winner>",
         text(f"{words[0].upper()}{words[1:]}. Variant: {row.text('variant') or 'only one'}.") if words else "",
         f"#figure(image({literal('figures/' + name)}), caption: [{caption}])",
-        f"#figure({_as_argument(prescription(design))}, caption: [{PRESCRIPTION_CAPTION}])",
+        f"#figure({_as_argument(prescription(design, tolerances))}, caption: [{_prescription_caption(study, design)}])",
         "#grid(columns: (96mm, 1fr), column-gutter: 5mm,",
         *(f"  {panel}," for panel in panels),
         f"  [{call('facts', facts_argument(winner_groups(row, design)), size='7.8pt')}],",
@@ -153,6 +157,22 @@ PRESCRIPTION_CAPTION = (
     "Prescription. The vertex is measured along the axis from the pinhole; a positive radius has its centre of "
     "curvature above the vertex. The face spans inner to outer $R$; the substrate lies behind it."
 )
+
+
+def _prescription_caption(study: Study, design: Design) -> str:
+    if study.tolerances is None:
+        return PRESCRIPTION_CAPTION
+    each = [mirror_allowance(design, mirror.name, study.tolerances.tolerances) for mirror in design.mirrors]
+    poses = [(allowed.decentre_mm, allowed.tilt_deg) for allowed in each]
+    named = [""] if len(set(poses)) == 1 else [f"{mirror.name} " for mirror in design.mirrors]
+    listed = ", ".join(
+        f"{name}{decentre:g} mm and {tilt:g}°" for name, (decentre, tilt) in zip(named, poses, strict=False)
+    )
+    origin = NamedTolerances(study.tolerances.name, study.tolerances.tolerances).in_words
+    return (
+        f"{PRESCRIPTION_CAPTION} ±: tolerances, of {text(origin)}. A mirror may be decentred and tilted, in x and in "
+        f"y, by {text(listed)}."
+    )
 
 
 def nothing_feasible(study: Study) -> str:

@@ -44,7 +44,8 @@ def test_the_ray_behind_a_pixel_is_that_of_the_renderers_tracer(name: str):
     for view, image in traced_views(design).items():
         slope, azimuth = directions(design, view)
         trace = trace_first_hits(sensor.instrument, sensor.directions(*image.pixel_of(slope, azimuth), None, None))
-        start, ahead = sensor.in_world(trace.exit_point, trace.exit_direction)
+        left = sensor.leaving(trace.exit_point, trace.exit_direction)
+        start, ahead = left.point, left.direction
         on_way = np.array([trace.sequence[each][trace.sequence[each] >= 0].size for each in range(len(slope))])
         met = on_way == len(getattr(design.views, view).path)
         assert met.mean() > 0.9
