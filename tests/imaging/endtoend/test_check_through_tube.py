@@ -7,7 +7,7 @@ import pytest
 
 from designer.imaging.endtoend.bands import LARGEST_BIAS_SIGMAS
 from designer.imaging.endtoend.check import SEARCH_FARTHER, SEARCH_NEARER, CheckOptions, EndToEndCheck, check_design
-from designer.imaging.render.lens import Lens
+from designer.imaging.render.lens import RenderedLens
 from designer.imaging.stereo.rig import build_rig, match_image
 from designer.optics.tube import shift_along_radius, slope_towards, uncorrected_bias, wall_of
 from support.housings import with_struts, with_tube
@@ -48,7 +48,7 @@ def test_the_correction_leaves_less_than_a_quarter_of_a_deviation_of_five_and_mo
 def test_through_the_lens_a_corrected_tube_adds_no_bias():
     """The lens has a bias of its own, with or without a tube: bundles that mirrors do not image quite evenly."""
     design = with_coarse_pixels(sharp_design(PIPE), 2)
-    without, through = (check_design(each, CheckOptions(lens=Lens())) for each in (design, with_tube(design)))
+    without, through = (check_design(each, CheckOptions(lens=RenderedLens())) for each in (design, with_tube(design)))
     assert through.passed
     added = np.subtract(biases_in_sigma(through), biases_in_sigma(without))
     assert np.abs(added).max() < LARGEST_BIAS_SIGMAS

@@ -5,14 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from designer.departures import AsBuilt, CameraDeparture
+from designer.departures import AsBuilt, CameraDeparture, MirrorDeparture
 from designer.design import VIEW_NAMES, PerView
 from designer.files import InputError
 from designer.imaging.render.dots import project_points, render_dots
+from designer.imaging.render.sensor import sensor_of
 from designer.imaging.stereo.placement import view_image
 from designer.imaging.stereo.reconstruction import triangulate
 from designer.imaging.stereo.rig import build_rig
 from designer.optics.tube import wall_of
+from designer.trace.sequential import trace_sequential
 from support.housings import with_tube
 from support.studied_designs import SHARP_NAMES, sharp_design, with_coarse_pixels
 
@@ -58,6 +60,55 @@ def test_dots_are_rendered_where_the_closed_form_says():
         assert np.abs(centre - expected).max() < 0.03
         # By much less than the wall moves them.
         assert np.abs(expected - np.ravel(view_image(plain, view).project(point))).max() > 0.3
+
+
+@pytest.mark.parametrize("name", [SHARP_NAMES[0], SHARP_NAMES[2], SHARP_NAMES[10]])
+def test_departures_do_the_same_behind_a_wall(name):
+    """Points traced into built sensors with and without a tube, read by the tables of the design."""
+    random = np.random.default_rng(2)
+    design = sharp_design(name)
+    points = points_in(design)
+    distance = np.hypot(points[:, 0], points[:, 1])
+    mirrors = {
+        mirror.name: MirrorDeparture(
+            **dict(zip(("decentre_x_mm", "decentre_y_mm", "tilt_x_deg", "tilt_y_deg"), row, strict=True))
+        )
+        for mirror, row in zip(design.mirrors, random.normal(0.0, 0.03, (3, 4)).tolist(), strict=False)
+    }
+    biases = []
+    for each in (design, with_tube(design)):
+        built = each.model_copy(update={"as_built": AsBuilt(mirrors=mirrors)})
+        slopes = {
+            view: view_image(each, view).direction_of(*traced_pixels(built, view, points).T)[0] for view in VIEW_NAMES
+        }
+        found, _ = triangulate(slopes["lower"], slopes["upper"], 0.0, each.baseline_mm, wall_of(each))
+        biases.append(found / distance - 1.0)
+    departed, through_wall = biases
+    assert np.sqrt(np.mean(departed**2)) > 1e-3
+    assert np.linalg.norm(through_wall - departed) < 0.02 * np.linalg.norm(departed)
+
+
+def traced_pixels(design, view: str, points: np.ndarray) -> np.ndarray:
+    """Pixels (n, 2) whose rays, traced out of a built sensor and its tube, pass points (n, 3), by Newton's method."""
+    sensor = sensor_of(design)
+    path = sensor.instrument.path(design.views.by_name[view].path)
+    pixels = np.stack(view_image(design, view).project(points), axis=-1)
+
+    def miss(places: np.ndarray) -> np.ndarray:
+        ahead = sensor.directions(places[:, 0], places[:, 1], None, None)
+        trace = trace_sequential(sensor.instrument, path, ahead, apertures=False)
+        left = sensor.leaving(trace.point, trace.direction)
+        offset = points - left.point
+        along = np.einsum("ni,ni->n", offset, left.direction)
+        return (offset - along[:, None] * left.direction) / along[:, None]
+
+    for _ in range(10):
+        error = miss(pixels)
+        jacobian = np.stack([(miss(pixels + step) - error) / 1e-3 for step in 1e-3 * np.eye(2)], axis=-1)
+        normal = np.einsum("nik,nil->nkl", jacobian, jacobian)
+        pixels = pixels - np.linalg.solve(normal, np.einsum("nik,ni->nk", jacobian, error)[..., None])[..., 0]
+    assert np.abs(miss(pixels)).max() < 1e-9
+    return pixels
 
 
 def test_a_built_sensor_in_a_tube_is_refused_in_words():
