@@ -182,7 +182,8 @@ def trace(design: Design) -> Verdict:
 def trace_rays(design: Design, view: Literal["upper", "lower"], directions: ArrayLike) -> SequentialTrace:
     """Rays of one's own from the pinhole through the mirrors of a view: the points on each, and the exit directions.
 
-    Nothing blocks them but the mirrors' own apertures. With the extra ``compiled``, loops that are compiled at the
+    Nothing blocks them but the mirrors' own apertures, and no tube refracts them: `designer.trace.housing` follows
+    them out of a housing. With the extra ``compiled``, loops that are compiled at the
     first call trace them, some forty million a second; without it NumPy does, half as fast. Through the mirrors of a
     sensor as it was built (``as_built``) NumPy traces them, and all stays in the frame of its camera.
 

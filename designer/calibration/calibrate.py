@@ -77,8 +77,13 @@ def calibrate(
     ------
     InputError
         No target is found, in too few images or in one view only, or the sensor that explains the images cannot be:
-        its parts touch, or a view shows nothing.
+        its parts touch, or a view shows nothing. Or the design has a tube.
     """
+    if design.tube is not None:
+        raise InputError(
+            "housing: a sensor behind the wall of a tube is not calibrated: take the images without the tube, and the "
+            "table housing out of the design file"
+        )
     names = names or [f"image {number + 1}" for number in range(len(images))]
     as_designed = design.model_copy(update={"as_built": None})
     unknowns = unknowns_of(as_designed, tolerances, free)

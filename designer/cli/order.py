@@ -28,7 +28,7 @@ REJECTED = 1
 )
 @click.option("-o", "--out", type=click.Path(path_type=Path), required=True, help="Folder of the order.")
 def order(source: Path, configuration: str | None, named: str | None, out: Path) -> None:
-    """Write all that a workshop needs of a design into one folder.
+    """Write everything that a workshop needs for a design into one folder.
 
     The design is DESIGN.json, or that of CONFIGURATION in a STUDY's folder. The folder holds drawings, sag tables,
     profiles, solids, files for optical programs, a parts list, and a README that says what is not specified yet. Exit

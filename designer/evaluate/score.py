@@ -28,6 +28,7 @@ from designer.evaluate.depth import (
 from designer.evaluate.fabrication import MirrorShape, mirror_shape, overall_diameter_mm, overall_height_mm
 from designer.evaluate.fabrication_notes import fabrication_notes_on
 from designer.evaluate.focus import FocusScore, focus_score
+from designer.evaluate.housing import StrutsScore, TubeScore, housing_score
 from designer.evaluate.limit import Arrangement, ImageBounds, depth_error_limit, limit_gains
 from designer.evaluate.magnitudes import check_magnitudes
 from designer.evaluate.points import PointScore, point_score
@@ -135,12 +136,14 @@ class Score:
     height_mm: float
     diameter_mm: float
     fabrication_notes: tuple[str, ...]
+    housing: TubeScore | StrutsScore | None = None
 
     def as_json(self) -> dict[str, JsonValue]:
         """The score as a design's file holds it: the depth errors stand beside the other keys."""
-        return self.depth.as_json() | {
-            field.name: as_json(getattr(self, field.name)) for field in fields(self) if field.name != "depth"
-        }
+        parts = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "depth"}
+        if self.housing is None:
+            del parts["housing"]
+        return self.depth.as_json() | {name: as_json(part) for name, part in parts.items()}
 
 
 def evaluate_design(design: Design) -> Score:
@@ -172,6 +175,7 @@ def evaluate_design(design: Design) -> Score:
             height_mm=overall_height_mm(design),
             diameter_mm=overall_diameter_mm(design),
             fabrication_notes=tuple(fabrication_notes_on(design)),
+            housing=housing_score(design),
         )
 
 

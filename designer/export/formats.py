@@ -11,6 +11,7 @@ from typing import Literal
 from designer.as_built.named import NamedTolerances
 from designer.design import Design
 from designer.evaluate.magnitudes import check_magnitudes
+from designer.export.drawing.dxf_sheets import dxf_sheets
 from designer.export.drawing.sheets import drawing_sheets
 from designer.export.dxf import dxf_drawing
 from designer.export.optiland import optiland_files
@@ -75,31 +76,31 @@ EXPORTS: dict[str, ExportFormat] = {
         suffix=".csv",
         one_file_for="mirror",
         contents=sag_tables,
-        leaves_out="the camera, the substrates and the light",
+        leaves_out="the camera, the substrates, the housing and the light",
     ),
     "zmx": ExportFormat(
         description="Zemax OpticStudio, sequential mode: sensor, ideal lens, mirrors and a wall in the scene",
         suffix=".zmx",
         one_file_for="view",
         contents=zmx_files,
-        leaves_out="substrates, lens barrel and camera body, which can block light",
+        leaves_out="substrates, lens barrel, camera body and struts, which can block light, and a tube, which refracts",
     ),
     "povray": ExportFormat(
         description="POV-Ray scene: mirrors as exact quadrics, the camera in the pinhole, and a wall",
         suffix=".pov",
         one_file_for="design",
         contents=povray_scene,
-        leaves_out="the lens (focus, blur and lost light): the camera is a pinhole",
+        leaves_out="the lens (focus, blur and lost light): the camera is a pinhole; and the housing",
     ),
     "optiland": ExportFormat(
         description="optiland's JSON: the same system as zmx",
         suffix=".json",
         one_file_for="view",
         contents=optiland_files,
-        leaves_out="substrates, lens barrel and camera body, which can block light",
+        leaves_out="substrates, lens barrel, camera body and struts, which can block light, and a tube, which refracts",
     ),
     "dxf": ExportFormat(
-        description="half-profiles of the mirrors for CAD, as exact conics",
+        description="half-profiles of mirrors, as exact conics, and housing for CAD",
         suffix=".dxf",
         one_file_for="design",
         contents=dxf_drawing,
@@ -107,18 +108,18 @@ EXPORTS: dict[str, ExportFormat] = {
         extra="dxf",
     ),
     "stl": ExportFormat(
-        description="solids of the mirrors as triangles, within 1 µm of the conics, in their places",
+        description="solids of mirrors and housing as triangles, within 1 µm of the surfaces, in their places",
         suffix=".stl",
-        one_file_for="mirror",
+        one_file_for="solid",
         contents=stl_solids,
-        leaves_out="the camera, the light and what holds the mirrors",
+        leaves_out="the camera, the light and the seats that hold the mirrors",
     ),
     "step": ExportFormat(
-        description="solids of the mirrors for CAD, with exact surfaces, in place; the assembly with lens barrel",
+        description="solids of mirrors and housing for CAD, exact surfaces, in place; the assembly with lens barrel",
         suffix=".step",
         one_file_for="solid",
         contents=step_solids,
-        leaves_out="the camera's body, the light and what holds the mirrors",
+        leaves_out="the camera's body, the light and the seats that hold the mirrors",
         extra="step",
     ),
     "drawing": ExportFormat(
@@ -126,9 +127,18 @@ EXPORTS: dict[str, ExportFormat] = {
         suffix=".pdf",
         one_file_for="sheet",
         contents=drawing_sheets,
-        leaves_out="what holds the mirrors, which the sheets leave to be agreed, as they do tolerances unless given",
+        leaves_out="seats of the mirrors and, unless given, tolerances, which the sheets leave to be agreed",
         extra="drawing",
         toleranced=drawing_sheets,
+    ),
+    "drawing-dxf": ExportFormat(
+        description="the same sheets for CAD, in true millimetres, with dimensions that a program measures",
+        suffix=".dxf",
+        one_file_for="sheet",
+        contents=dxf_sheets,
+        leaves_out="seats of the mirrors and, unless given, tolerances, which the sheets leave to be agreed",
+        extra="dxf",
+        toleranced=dxf_sheets,
     ),
 }
 """Every format by its name on the command line."""

@@ -144,8 +144,10 @@ def first_mirror_constraints(system: System) -> Iterable[Constraint]:
 
 
 def envelope_constraints(system: System) -> Iterable[Constraint]:
-    """Top, bottom and radius enclose the mirrors and the lens front, and fit into the envelope."""
-    values, envelope, lens_front = system.values, system.specification.asked.envelope, system.specification.lens_front
+    """Top, bottom and radius enclose the mirrors, the lens front and the housing, and fit into the envelope."""
+    values, specification = system.values, system.specification
+    envelope, lens_front = specification.asked.envelope, specification.lens_front
+    beyond = specification.housing_gap + specification.housing_thickness
     top, bottom, radius = values["top"], values["bottom"], values["radius"]
     name = "height of the mirror system"
     yield Constraint("envelope_height", name, "mm", 1.0, envelope.height_mm - (top - bottom))
@@ -161,7 +163,29 @@ def envelope_constraints(system: System) -> Iterable[Constraint]:
             yield Constraint("encloses", f"top encloses {where}", "mm", 1.0, top - (height + above))
             yield Constraint("encloses", f"bottom encloses {where}", "mm", 1.0, height + below - bottom)
         name = f"radius encloses the {mirror.name} mirror"
-        yield Constraint("encloses", name, "mm", 1.0, radius - mirror.outer_radius)
+        yield Constraint("encloses", name, "mm", 1.0, radius - mirror.outer_radius - beyond)
+
+
+def housing_constraints(system: System) -> Iterable[Constraint]:
+    """A housing goes about the lens and stays off the camera's body; a tube reaches past the light of both views."""
+    values, specification = system.values, system.specification
+    if specification.housing == "none":
+        return
+    top, bottom, radius = values["top"], values["bottom"], values["radius"]
+    gap, thickness = specification.housing_gap, specification.housing_thickness
+    spare = radius - specification.lens_radius - gap - thickness
+    yield Constraint("encloses", "radius encloses the lens in its housing", "mm", 1.0, spare)
+    over = bottom - (specification.lens_front - specification.lens_length)
+    around = radius - thickness - specification.asked.camera.body_radius_mm
+    name = f"{specification.housing} clear of the camera body"
+    yield Constraint("housing_body", name, "mm", 1.0, maximum(over, around) - gap)
+    if specification.housing != "tube":
+        return
+    for path, sight in zip(system.paths, system.sights, strict=True):
+        lowest, highest = sight.heights(radius)
+        where = f"the light of the {path.view} view at the tube"
+        yield Constraint("encloses", f"top encloses {where}", "mm", 1.0, top - highest - gap)
+        yield Constraint("encloses", f"bottom encloses {where}", "mm", 1.0, lowest - gap - bottom)
 
 
 def blur_constraints(system: System) -> Iterable[Constraint]:
@@ -184,6 +208,7 @@ CONSTRAINTS: tuple[ConstraintBuilder, ...] = (
     first_mirror_constraints,
     envelope_constraints,
     blur_constraints,
+    housing_constraints,
 )
 """Every builder, in the order of the solver's rows."""
 

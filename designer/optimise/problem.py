@@ -57,7 +57,7 @@ class Problem:
     def enclosed(self, values: dict[str, Array]) -> tuple[dict[str, Array], System]:
         """The designs put together, with top, bottom and radius set to what their mirrors need."""
         loose = put_together(self.variant, values, self.specification)
-        tight = values | enclosure(loose.layout, self.specification)
+        tight = values | enclosure(loose)
         # What encloses the mirrors moves none of them.
         return tight, replace(loose, values=tight)
 

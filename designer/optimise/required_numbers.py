@@ -11,14 +11,17 @@ from designer.optics.image_law import PERSPECTIVE, ImageLaw
 from designer.requirement import PREDICTED, Lens, Requirement
 from designer.requirement.design_quantities import design_quantities, number_at
 
+HousingKind = str
+"""none, tube or struts, as the requirement has it."""
+
 
 @dataclass(frozen=True, slots=True)
 class Specification:
     """Every number of a requirement that geometry depends on, for one of its lenses.
 
-    The ranges of baseline, focal length, focus and f-number are not here: they bound variables. The law of the lens is
-    no number: a program is built for one. Lengths are in mm, angles in radians, blurs are diameters; ``asked`` alone
-    keeps the units of its keys.
+    The ranges of baseline, focal length, focus and f-number are not here: they bound variables. The law of the lens and
+    the kind of housing are no numbers: a program is built for one of each. Lengths are in mm, angles in radians, blurs
+    are diameters; ``asked`` alone keeps the units of its keys.
 
     Parameters
     ----------
@@ -44,6 +47,7 @@ class Specification:
     lens_radius: Scalar
     lens_front: Scalar
     lens_length: Scalar
+    housing: HousingKind = "none"
     law: ImageLaw = PERSPECTIVE
 
     @property
@@ -74,18 +78,30 @@ class Specification:
         return radians(self.asked.sharpness.max_blur_deg)
 
     @property
+    def housing_gap(self) -> Scalar:
+        """Between mirrors and housing, mm; 0 for none."""
+        return 0.0 if self.housing == "none" else self.asked.housing.clearance_mm
+
+    @property
+    def housing_thickness(self) -> Scalar:
+        """How far the tube's wall, or a strut, reaches along the radius, mm; 0 for none."""
+        asked = self.asked.housing
+        return {"none": 0.0, "tube": asked.wall_mm, "struts": asked.width_mm}[self.housing]
+
+    @property
     def reach_radius(self) -> Scalar:
         """Outside this radius there is nothing that light could hit, mm."""
         return self.asked.envelope.diameter_mm + self.asked.camera.body_radius_mm + self.lens_radius
 
 
-_DERIVED = tuple(field.name for field in fields(Specification) if field.name not in {"asked", "law"})
+_NO_NUMBERS = {"asked", "law", "housing"}
+_DERIVED = tuple(field.name for field in fields(Specification) if field.name not in _NO_NUMBERS)
 SPECIFICATION_NAMES = (*design_quantities(), *_DERIVED)
 """The numbers of a specification, in the order of the program's parameters: keys that shape designs, then others."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Table:
+class _NamedNumbers:
     """Numbers by their names in the requirement, read as attributes, and tables of them."""
 
     entries: Mapping[str, Any]
@@ -126,15 +142,16 @@ def specification_of(requirement: Requirement, lens: Lens) -> Specification:
         lens_radius=lens.radius_mm,
         lens_front=lens.front_mm,
         lens_length=lens.length_mm,
+        housing=requirement.housing.kind,
         law=lens.image_law,
     )
 
 
-def specification_from(numbers: Iterable[Scalar], law: ImageLaw) -> Specification:
+def specification_from(numbers: Iterable[Scalar], law: ImageLaw, housing: HousingKind = "none") -> Specification:
     """A specification of floats or symbols in the order of ``SPECIFICATION_NAMES``."""
     named = dict(zip(SPECIFICATION_NAMES, numbers, strict=True))
     asked = _asked({key: named[key] for key in design_quantities()})
-    return Specification(asked=asked, law=law, **{name: named[name] for name in _DERIVED})
+    return Specification(asked=asked, law=law, housing=housing, **{name: named[name] for name in _DERIVED})
 
 
 def specification_values(specification: Specification) -> list[float]:
@@ -159,4 +176,4 @@ def _nested(entry: Any) -> Any:
     if not isinstance(entry, dict):
         return entry
     parts = {name: _nested(part) for name, part in entry.items()}
-    return (parts["0"], parts["1"]) if parts.keys() == {"0", "1"} else _Table(parts)
+    return (parts["0"], parts["1"]) if parts.keys() == {"0", "1"} else _NamedNumbers(parts)

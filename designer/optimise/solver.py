@@ -52,7 +52,7 @@ class Run:
         names = tuple(name for name, is_free in zip(VARIABLE_NAMES, self.free, strict=True) if is_free)
         variant, asked, fixed = self.problem.variant, self.problem.specification, self.problem.fixed
         noise: Noise = "predicted" if asked.predicted_share else "constant"
-        return build_program(variant, fixed, names, asked.law, noise if with_goals else None)
+        return build_program(variant, fixed, names, asked.law, noise if with_goals else None, asked.housing)
 
 
 @dataclass(frozen=True, slots=True)

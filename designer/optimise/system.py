@@ -23,6 +23,7 @@ from designer.optics.focus import (
     reciprocal_image_depth,
 )
 from designer.optics.layout import Layout, OpticalPath, Reflection, Surroundings, lay_out
+from designer.optics.overall_size import Sight, housing_about
 from designer.optics.view import elevation_tangents_of_views, half_angle_tangent, image_radius_slope
 from designer.optics.width import widened
 from designer.optimise.limit import conditions_of, volume_of
@@ -118,6 +119,11 @@ class System:
         )
 
     @property
+    def sights(self) -> tuple[Sight, ...]:
+        """What each view looks through a tube at."""
+        return tuple(Sight(path.viewpoint, self.slopes[path.view]) for path in self.paths)
+
+    @property
     def volume(self) -> Volume:
         """The working volume."""
         return volume_of(self.specification)
@@ -178,10 +184,15 @@ def _blurs(
     ]
 
 
-def enclosure(layout: Layout, specification: Specification) -> dict[str, Scalar]:
-    """Top, bottom and radius of a mirror system as they are (docs/theory.md, section 7), for floats and arrays."""
-    size = layout.size(specification.lens_front)
-    return {"top": size.top, "bottom": size.bottom, "radius": size.radius}
+def enclosure(system: System) -> dict[str, Scalar]:
+    """Top, bottom and radius of a head as they are (docs/theory.md, section 7), for floats and arrays."""
+    asked = system.specification
+    size = system.layout.size(asked.lens_front)
+    if asked.housing == "none":
+        return {"top": size.top, "bottom": size.bottom, "radius": size.radius}
+    sights = system.sights if asked.housing == "tube" else ()
+    ring = housing_about(size, asked.lens_radius, asked.housing_gap, asked.housing_thickness, sights)
+    return {"top": ring.high, "bottom": ring.low, "radius": ring.outer_radius}
 
 
 def zone_tangents(variant: Variant, view: ViewName, slopes: Slopes) -> tuple[Scalar, Scalar]:

@@ -71,6 +71,7 @@ def record_of(requirement: Requirement, best: Candidate) -> Design:
             "clearance_mm": requirement.manufacture.clearance_mm,
             "edge_margin_mm": requirement.manufacture.edge_margin_mm,
             "sharpness": _finite(requirement.sharpness.model_dump()),
+            "housing": _housing(requirement, values),
         }
     )
 
@@ -154,6 +155,24 @@ def _mirror(mirror: PlacedMirror, kind: MirrorKind, requirement: Requirement) ->
             "faces": "down" if mirror.direction > 0 else "up",
         }
     )
+
+
+def _housing(requirement: Requirement, values: dict[str, float]) -> dict[str, Any] | None:
+    """The housing from the variables that enclose mirrors and light, as the record holds it."""
+    asked = requirement.housing
+    if asked.kind == "none":
+        return None
+    ends = {"kind": asked.kind, "low_mm": values["bottom"], "high_mm": values["top"]}
+    if asked.kind == "struts":
+        width = asked.width_mm
+        return {**ends, "number": asked.number, "width_mm": width, "radius_mm": values["radius"] - width / 2.0}
+    return {
+        **ends,
+        "inner_radius_mm": values["radius"] - asked.wall_mm,
+        "wall_mm": asked.wall_mm,
+        "refractive_index": asked.refractive_index,
+        "material": asked.material,
+    }
 
 
 def _views(candidate: Candidate) -> Views:

@@ -73,6 +73,16 @@ def body_box(camera: Camera, lowest: float) -> CylinderSection:
     return CylinderSection(camera.body_radius_mm, lowest, camera.lens_seat_mm)
 
 
+def housing_sections(design: Design) -> list[Polyline]:
+    """The walls of a tube as closed polylines on both sides, or the struts as if one stood on either side."""
+    housing = design.housing
+    if housing is None:
+        return []
+    inner, outer, low, high = housing.inner_radius_mm, housing.outer_radius_mm, housing.low_mm, housing.high_mm
+    corners = np.array([[inner, low], [outer, low], [outer, high], [inner, high], [inner, low]])
+    return [corners * (side, 1.0) for side in SIDES]
+
+
 def leaving_rays(design: Design, view: ViewName, count: int, length_mm: float) -> list[Polyline]:
     """Traced rays over the elevations asked of a view, lowest first, each turned to leave on the view's side.
 

@@ -48,7 +48,9 @@ class Rims:
 
 
 @dataclass(frozen=True, slots=True)
-class _Section:
+class Section:
+    """A solid of revolution: lowest and highest height, by ``bounds``, from an inner to an outer radius."""
+
     name: str
     inner: float
     outer: float
@@ -83,30 +85,39 @@ def find_rims(design: Head) -> Rims:
 
 def contact_problems(design: Head) -> list[str]:
     """One sentence for each pair of solids that touch or penetrate each other."""
-    sections = [_substrate(mirror) for mirror in design.mirrors]
+    *sections, barrel, body = solid_sections(design)
+    pairs = [*combinations(sections, 2), *((section, solid) for section in sections for solid in (barrel, body))]
+    return [problem for pair in pairs if (problem := contact(*pair)) is not None]
+
+
+def solid_sections(design: Head) -> list[Section]:
+    """The substrate of every mirror, then the lens barrel and the camera body."""
     camera = design.camera
     seat = camera.lens_seat_mm
-    barrel = _Section(BARREL, 0.0, camera.lens_radius_mm, _between(seat, camera.lens_front_mm))
-    body = _Section(BODY, 0.0, camera.body_radius_mm, _between(-np.inf, seat))
-    pairs = [*combinations(sections, 2), *((section, solid) for section in sections for solid in (barrel, body))]
-    return [problem for pair in pairs if (problem := _contact(*pair)) is not None]
+    return [
+        *(_substrate(mirror) for mirror in design.mirrors),
+        Section(BARREL, 0.0, camera.lens_radius_mm, between(seat, camera.lens_front_mm)),
+        Section(BODY, 0.0, camera.body_radius_mm, between(-np.inf, seat)),
+    ]
 
 
-def _substrate(mirror: Mirror) -> _Section:
+def _substrate(mirror: Mirror) -> Section:
     back = mirror.back_offset_mm
 
     def bounds(radius: Array) -> tuple[Array, Array]:
         face = mirror.vertex_mm + sag(mirror, radius)
         return np.minimum(face, face + back), np.maximum(face, face + back)
 
-    return _Section(mirror.name, mirror.inner_radius_mm, mirror.outer_radius_mm, bounds)
+    return Section(mirror.name, mirror.inner_radius_mm, mirror.outer_radius_mm, bounds)
 
 
-def _between(low: float, high: float) -> Callable[[Array], tuple[Array, Array]]:
+def between(low: float, high: float) -> Callable[[Array], tuple[Array, Array]]:
+    """The bounds of a solid with flat ends."""
     return lambda radius: (np.full_like(radius, low), np.full_like(radius, high))
 
 
-def _contact(first: _Section, second: _Section) -> str | None:
+def contact(first: Section, second: Section) -> str | None:
+    """A sentence on two solids that touch or penetrate each other; None if they do not."""
     inner, outer = max(first.inner, second.inner), min(first.outer, second.outer)
     if outer - inner < -CONTACT_MM:
         return None

@@ -35,7 +35,8 @@ def test_images_are_where_the_renderer_has_them(law):
         u, v = project(design, view, grid.targets[view], values).pixels[:, 0] + centre[:, None]
         path = sensor.instrument.path(getattr(design.views, view).path)
         trace = trace_sequential(sensor.instrument, path, sensor.directions(u, v, None, None), apertures=False)
-        start, ahead = sensor.in_world(trace.point, trace.direction)
+        left = sensor.leaving(trace.point, trace.direction)
+        start, ahead = left.point, left.direction
         missed = np.linalg.norm(np.cross(grid.points_mm - start, ahead), axis=1)
         assert np.max(missed / np.linalg.norm(grid.points_mm - start, axis=1)) < 1e-9
 

@@ -159,7 +159,8 @@ def test_the_enclosure_is_what_sampled_mirrors_need(variant):
     problem, values = coherent_problem(variant)
     for index in range(DESIGNS):
         one = at(values, index)
-        layout = enclosed(problem, one).layout
+        system = enclosed(problem, one)
+        layout = system.layout
         heights, radii = [problem.specification.lens_front], []
         for mirror in layout.mirrors:
             inner, outer = (float(np.ravel(radius)[0]) for radius in (mirror.inner_radius, mirror.outer_radius))
@@ -170,7 +171,7 @@ def test_the_enclosure_is_what_sampled_mirrors_need(variant):
                 (face + mirror.direction * mirror.thickness).max(),
             ]
             radii.append(outer)
-        tight = enclosure(layout, problem.specification)
+        tight = enclosure(system)
         assert float(np.ravel(tight["top"])[0]) == pytest.approx(max(heights[1:]), abs=1e-9)
         assert float(np.ravel(tight["bottom"])[0]) == pytest.approx(min(heights), abs=1e-9)
         assert float(np.ravel(tight["radius"])[0]) == pytest.approx(max(radii), abs=1e-9)

@@ -256,7 +256,7 @@ def _lower_sees(rig: StereoRig, world: World, points: Array) -> Mask:
     image: ViewImage = rig.images["lower"]
     x, y, z = points
     distance = np.hypot(x, y)
-    imaged = image.is_imaged((z - image.viewpoint_mm) / distance, np.arctan2(y, x))
+    imaged = image.is_imaged(image.slope_towards(z - image.viewpoint_mm, distance), np.arctan2(y, x))
     known = np.isfinite(distance)
     towards = points[:, known] - np.array([[0.0], [0.0], [image.viewpoint_mm]])
     length = np.linalg.norm(towards, axis=0)

@@ -147,7 +147,9 @@ def true_points(rig: StereoRig, built: Design, worlds: Sequence[World]) -> list[
     trace = trace_first_hits(sensor.instrument, sensor.directions(u.ravel(), v.ravel(), None, None))
     path = sensor.instrument.path(built.views.upper.path)
     seen = compare_with_path(trace, path).status == Status.OK
-    start, ahead = (rays.T for rays in sensor.in_world(trace.exit_point[seen], trace.exit_direction[seen]))
+    left = sensor.leaving(trace.exit_point[seen], trace.exit_direction[seen])
+    seen[seen] = left.is_free
+    start, ahead = left.point[left.is_free].T, left.direction[left.is_free].T
     found = []
     for world in worlds:
         points = np.full((3, u.size), np.nan)

@@ -24,6 +24,7 @@ from designer.imaging.render.sensor import sensor_of
 from designer.imaging.render.textures import Floats
 from designer.trace.aiming import project
 from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
+from designer.trace.housing import leave_housing
 from designer.trace.image_law import image_radius, plane_slopes, sensor_places
 from designer.trace.instrument import build_instrument
 from designer.trace.sequential import trace_sequential
@@ -99,8 +100,8 @@ def render_dots(
             radius = radius_px * angle * float(np.linalg.norm(point - (0.0, 0.0, middle)))
             ball = Sphere((float(point[0]), float(point[1]), float(point[2])), radius)
             lit = np.zeros(free.shape, dtype=np.float32)
-            rays = sensor.in_world(trace.exit_point[free], trace.exit_direction[free])
-            lit[free] = np.isfinite(ball.distances(rays[0].T, rays[1].T))
+            left = sensor.leaving(trace.exit_point[free], trace.exit_direction[free])
+            lit[free] = left.is_free & np.isfinite(ball.distances(left.point.T, left.direction.T))
             image[rows, columns] += lit.reshape(-1, samples**2).mean(axis=1)
     return image
 
@@ -171,9 +172,10 @@ def _aimed_slopes(design: Design, view_name: ViewName, places: Array, slopes: Ar
         ahead = np.column_stack([trial, np.ones(len(trial))])
         ahead /= np.linalg.norm(ahead, axis=1)[:, None]
         trace = trace_sequential(instrument, path, ahead, places, apertures=False)
-        offset = point - trace.point
-        along = np.einsum("ni,ni->n", offset, trace.direction)
-        return np.asarray((offset - along[:, None] * trace.direction) / along[:, None])
+        left = leave_housing(design.tube, trace.point, trace.direction)
+        offset = point - left.point
+        along = np.einsum("ni,ni->n", offset, left.direction)
+        return np.asarray((offset - along[:, None] * left.direction) / along[:, None])
 
     steps = AIMING_STEP_RAD * np.eye(2)
     for _ in range(AIMING_STEPS):

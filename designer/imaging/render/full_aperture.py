@@ -110,7 +110,7 @@ def render_full_aperture(
             for image, values in zip(images, radiances, strict=True):
                 image[rows, columns] = values
 
-    for_each(work, _blocks(camera, samples**2, optics.sensor.built is None))
+    for_each(work, _blocks(camera, samples**2, optics.sensor.is_round))
     if lens.wavelength_nm is None:
         return images
     return [diffract(image, camera, lens.wavelength_nm) for image in images]
@@ -130,9 +130,11 @@ def render_block(
     trace = trace_pupil(optics.passage, sensor.instrument, radii, ahead, starts)
     share = lens.transmission(ahead, trace.reflections, stretched_area(sensor.camera, radii))
     free = np.flatnonzero(trace.leaves)
+    left = sensor.leaving(trace.exit_point[free], trace.exit_direction[free])
+    free = free[left.is_free]
     pencil = pencil_terms(optics.passage, trace, radii)[:, free]
     footprint = Footprint.of(optics.spacing(radii[free]), pencil, samples, optics.pupil.radius_mm)
-    exits = sensor.in_world(trace.exit_point[free], trace.exit_direction[free])
+    exits = (left.point[left.is_free], left.direction[left.is_free])
     points, directions = (np.ascontiguousarray(vectors.T) for vectors in exits)
     for symmetry in block.symmetries:
         radiances = []

@@ -6,6 +6,7 @@ from designer.design import VIEW_NAMES, Design
 from designer.evaluate.focus import focus_score
 from designer.evaluate.resolution import smallest_object
 from designer.evaluate.through_focus import blur_limit_deg
+from designer.report.content.housing import housing_groups, housing_in_short
 from designer.report.content.lens import depth_of_field_words
 from designer.report.content.requirement import projection_facts
 from designer.report.content.tables import in_percent, percent_decimals
@@ -18,7 +19,8 @@ Groups = list[tuple[str, list[tuple[str, str]]]]
 def design_groups(row: Row, design: Design) -> Groups:
     """What the first page of a design says beside its drawing; the lens has the second."""
     performance = [*_performance_facts(row), *_smallest_object_facts(design)]
-    return [("Performance", performance), ("Size and manufacture", _size_facts(row)), ("Views", _view_facts(design))]
+    groups = [("Performance", performance), ("Size and manufacture", _size_facts(row)), ("Views", _view_facts(design))]
+    return groups + housing_groups(design)
 
 
 def winner_groups(row: Row, design: Design) -> Groups:
@@ -26,6 +28,7 @@ def winner_groups(row: Row, design: Design) -> Groups:
     return [
         ("Performance", [*_performance_facts(row), *_focus_facts(design), *_smallest_object_facts(design)]),
         ("Views", _view_facts(design)),
+        *housing_in_short(design),
     ]
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-
-from pydantic import JsonValue
+from collections.abc import Mapping
 
 from designer.as_built.allowances import mirror_allowance
 from designer.as_built.named import NamedTolerances
@@ -17,6 +15,7 @@ from designer.report.content.check_section import check_heading, check_page, unc
 from designer.report.content.comparators import comparators
 from designer.report.content.design_facts import design_groups, winner_groups
 from designer.report.content.lens import lens_sentences, other_projections
+from designer.report.content.provenance import provenance
 from designer.report.content.requirement import facts_argument, requirement_groups, requirement_notes
 from designer.report.content.tables import (
     PAPER_CONFIGURATION,
@@ -46,7 +45,7 @@ from designer.requirement import PREDICTED
 from designer.study.ranking import tolerance_in_words
 from designer.study.row import Row
 from designer.study.study import Study
-from designer.typesetting.markup import call, cells, literal, number, plain_number, text, typographic
+from designer.typesetting.markup import call, literal, text, typographic
 
 FIRST_ORDER_WORDS = f"{100 * FIRST_ORDER_BOUND:g} %"
 
@@ -136,7 +135,8 @@ def winner(study: Study, drawings: Drawings) -> str:
         "Lengths in mm. Solid blue: the upper view (right); dashed red: the lower view (left); each at five "
         "elevations of its required range, the end rays drawn thick. Dotted lines extend the rays back to the "
         "effective viewpoints $F_u$ and $F_l$; "
-        "$O$ is the camera's pinhole, and the numbers are those of the prescription. Grey: substrates, lens and camera."
+        "$O$ is the camera's pinhole, and the numbers are those of the prescription. Grey: substrates, lens and camera"
+        f"{'' if design.housing is None else '; pale blue: the ' + design.housing.kind}."
     )
     words = configuration_in_words(design.configuration)
     tolerances = None if study.tolerances is None else study.tolerances.tolerances
@@ -171,8 +171,8 @@ def _prescription_caption(study: Study, design: Design) -> str:
     )
     origin = NamedTolerances(study.tolerances.name, study.tolerances.tolerances).in_words
     return (
-        f"{PRESCRIPTION_CAPTION} Below each mirror, its tolerances, of {text(origin)}; that of the sag is what radius "
-        f"and conic constant do together. Decentre and tilt, in x and in y: at most {text(listed)}."
+        f"{PRESCRIPTION_CAPTION} ±: tolerances, of {text(origin)}. A mirror may be decentred and tilted, in x and in "
+        f"y, by {text(listed)}."
     )
 
 
@@ -339,45 +339,6 @@ def fabrication_notes(design: Design) -> str:
 
 def _sentence(words: str) -> str:
     return f"{words[:1].upper()}{words[1:]}."
-
-
-def provenance(study: Study) -> str:
-    """How the study was made: versions, seed, command, times, machine, solver options."""
-    rows = list(_flattened(study.provenance))
-    if not rows:
-        return ""
-    table = call(
-        "ruled",
-        columns="(auto, 1fr)",
-        align="(left, left)",
-        header="([item], [value])",
-        rows=cells(rows),
-        size="7.6pt",
-        inset="(x: 1.4mm, y: 0.7mm)",
-    )
-    return f"= Provenance <provenance>\n{table}"
-
-
-def _flattened(content: Mapping[str, JsonValue], prefix: str = "") -> Iterable[tuple[str, str]]:
-    """Rows of name and value; a table within a table is one row."""
-    for key, value in content.items():
-        name = f"{prefix}{key}".replace("_", " ")
-        if isinstance(value, dict) and not prefix and any(isinstance(entry, dict) for entry in value.values()):
-            yield from _flattened(value, f"{name}: ")
-        else:
-            yield name, _seconds(value) if key.endswith("seconds") else _in_one_line(value)
-
-
-def _seconds(value: JsonValue) -> str:
-    return number(float(value), 1) if isinstance(value, int | float) else _in_one_line(value)
-
-
-def _in_one_line(value: object) -> str:
-    if isinstance(value, dict):
-        return ", ".join(f"{key.replace('_', ' ')} {_in_one_line(entry)}" for key, entry in value.items())
-    if isinstance(value, list):
-        return ", ".join(plain_number(entry) for entry in value)
-    return plain_number(value)
 
 
 def _file(place: str, design: Design) -> str:

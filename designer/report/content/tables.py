@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from designer.as_built.allowances import MirrorAllowance, mirror_allowance
+from designer.as_built.allowances import mirror_allowance
 from designer.as_built.tolerances import Tolerances
-from designer.design import Design
+from designer.design import Design, Mirror
 from designer.evaluate.fabrication import mirror_shape
 from designer.study.row import Row
 from designer.study.study import LensRow
-from designer.typesetting.markup import DASH, call, cell, cells, literal, number, text, typographic
+from designer.typesetting.markup import DASH, call, cell, cells, literal, number, plain_number, text, typographic
 
 # Joins the constraints of a reason that are equally violated.
 _EQUALLY = "; equally, "
@@ -34,7 +34,7 @@ def percent_decimals(values: Iterable[float | None], significant: int = 4) -> in
 def prescription(design: Design, tolerances: Tolerances | None = None) -> str:
     """The mirrors as opticians write them; the first column numbers them as the cross-section does.
 
-    With tolerances, each mirror has a second row for them.
+    Numbers with a tolerance stop at a tenth of it.
     """
     rows: list[list[str]] = []
     for index, mirror in enumerate(design.mirrors, start=1):
@@ -44,17 +44,13 @@ def prescription(design: Design, tolerances: Tolerances | None = None) -> str:
                 mirror.name,
                 mirror.kind,
                 mirror.faces,
-                number(mirror.vertex_mm, 4),
-                "∞" if mirror.radius_mm is None else number(mirror.radius_mm, 4),
-                number(mirror.conic, 6),
+                *_optical_numbers(design, mirror, tolerances),
                 number(mirror.inner_radius_mm, 3),
                 number(mirror.outer_radius_mm, 3),
                 number(mirror_shape(design, mirror.name).sag_mm, 4),
                 number(mirror.thickness_mm, 2),
             ]
         )
-        if tolerances is not None:
-            rows.append(_allowed(mirror_allowance(design, mirror.name, tolerances)))
     header = (
         "[], [mirror], [kind], [faces], [vertex $z_0$\\ (mm)], [radius $r_0$\\ (mm)], [conic $K$], "
         "[inner $R$\\ (mm)], [outer $R$\\ (mm)], [sag\\ (mm)], [thickness\\ (mm)],"
@@ -69,13 +65,24 @@ def prescription(design: Design, tolerances: Tolerances | None = None) -> str:
     )
 
 
-def _allowed(allowed: MirrorAllowance) -> list[str]:
-    """The row of tolerances below a mirror's own; those of the sag are of radius and conic constant together."""
-    if allowed.radius_mm is None or allowed.conic is None:
-        shape = [f"±{allowed.curvature_per_m:.2g}/m", ""]
-    else:
-        shape = [f"±{allowed.radius_mm:.2g}", f"±{allowed.conic:g}"]
-    return ["", "", "", "", f"±{allowed.axial_shift_mm:g}", *shape, "", "", f"±{allowed.sag_mm:.2g}", ""]
+def _optical_numbers(design: Design, mirror: Mirror, tolerances: Tolerances | None) -> list[str]:
+    """Vertex, radius and conic constant, each with its tolerance if there are any."""
+    if tolerances is None:
+        radius = "∞" if mirror.radius_mm is None else number(mirror.radius_mm, 4)
+        return [number(mirror.vertex_mm, 4), radius, number(mirror.conic, 6)]
+    allowed = mirror_allowance(design, mirror.name, tolerances)
+    vertex = _within(mirror.vertex_mm, allowed.axial_shift_mm)
+    if mirror.radius_mm is None or allowed.radius_mm is None or allowed.conic is None:
+        return [vertex, f"∞ (1/R ±{allowed.curvature_per_m:.2g} 1/m)", number(mirror.conic, 0)]
+    return [vertex, _within(mirror.radius_mm, allowed.radius_mm), _within(mirror.conic, allowed.conic)]
+
+
+def _within(value: float, tolerance: float) -> str:
+    """A number and its tolerance, to two significant digits of the latter; in full where nothing is allowed."""
+    if tolerance <= 0.0:
+        return f"{plain_number(value)} ±0"
+    decimals = max(1 - math.floor(math.log10(tolerance)), 0)
+    return f"{number(value, decimals)} ±{tolerance:.2g}"
 
 
 def fabrication(design: Design) -> str:

@@ -17,6 +17,7 @@ from designer.trace.outline import (
     body_box,
     face_height,
     face_outline,
+    housing_sections,
     leaving_rays,
     lens_box,
     substrate,
@@ -27,6 +28,9 @@ SCALES = (0.5, 0.75, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0,
 
 SIDE_MM, TOP_MM, BOTTOM_MM = 12.0, 11.0, 2.0
 """Paper around the drawing, for the dimension lines."""
+
+WALL = "#cfe3ee"
+"""Fill of a tube's wall, or of struts."""
 
 RAYS = 5
 SAMPLES_OF_A_FACE = 120
@@ -67,6 +71,8 @@ def draw_cross_section(design: Design, width_mm: float, height_mm: float) -> Sca
     _draw_camera(axes, design, frame)
     for mirror in design.mirrors:
         _draw_mirror(axes, mirror)
+    for section in housing_sections(design):
+        axes.add_patch(Polygon(section[:-1], facecolor=WALL, edgecolor=GREY, linewidth=0.5, alpha=0.6, zorder=2.8))
     _draw_balloons(axes, design, scale)
     _draw_viewpoints(axes, design, frame, scale)
     _draw_dimensions(axes, design, outline, frame, scale)
@@ -215,20 +221,25 @@ def _draw_viewpoints(axes: Axes, design: Design, frame: _Frame, scale: float) ->
 def _draw_dimensions(axes: Axes, design: Design, outline: _Outline, frame: _Frame, scale: float) -> None:
     gap = 4.0 * scale
     left, right, top = frame.left - gap, frame.right + gap, frame.high + gap
-    widest = max(design.mirrors, key=lambda mirror: mirror.outer_radius_mm)
-    rim = face_height(widest, widest.outer_radius_mm)
+    radius, rim = _widest(design)
     for height in (outline.head_low, outline.head_high):
         _extension(axes, (0.0, height), (left - 0.3 * gap, height))
     for view in design.views.by_name.values():
         _extension(axes, (0.0, view.viewpoint_mm), (right + 0.3 * gap, view.viewpoint_mm))
     for side in (-1.0, 1.0):
-        radius = side * widest.outer_radius_mm
-        _extension(axes, (radius, rim), (radius, top + 0.3 * gap))
+        _extension(axes, (side * radius, rim), (side * radius, top + 0.3 * gap))
     _dimension(axes, (left, outline.head_low), (left, outline.head_high), f"$H$ = {design.height_mm:.1f}", -1, scale)
     low, high = sorted((design.views.lower.viewpoint_mm, design.views.upper.viewpoint_mm))
     _dimension(axes, (right, low), (right, high), f"$b$ = {design.baseline_mm:.1f}", 1, scale)
-    radius = widest.outer_radius_mm
     _dimension(axes, (-radius, top), (radius, top), f"$W$ = {design.diameter_mm:.1f}", 0, scale)
+
+
+def _widest(design: Design) -> tuple[float, float]:
+    """Radius and height of the place where the head is widest, as high up as it is."""
+    if design.housing is not None:
+        return design.housing.outer_radius_mm, design.housing.high_mm
+    widest = max(design.mirrors, key=lambda mirror: mirror.outer_radius_mm)
+    return widest.outer_radius_mm, face_height(widest, widest.outer_radius_mm)
 
 
 def _extension(axes: Axes, start: tuple[float, float], end: tuple[float, float]) -> None:
