@@ -37,8 +37,8 @@ def _introduction() -> str:
     return (
         "Other ideas for the same camera, envelope and working volume, each with the best design that a search of its "
         "own has found, traced by the same tracer and scored alike: the depth error from two traced rays of each scene "
-        "point, with the same noise and scale. An idea that the envelope does not let have the baseline that is asked "
-        "for has a smaller one."
+        "point, with the same noise and scale. The baseline is at most the one that is asked for, to which the 44 are "
+        "held: where the envelope cannot hold it, or less is better, an idea has a smaller one."
     )
 
 
