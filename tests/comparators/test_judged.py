@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from support.shipped_problems import requirement_as_shipped
 
 from designer.comparators.asked import Asked
 from designer.comparators.coaxial import Coaxial
@@ -15,6 +14,7 @@ from designer.comparators.planar import problems_of as problems_of_planar
 from designer.comparators.planar import put_together as planar
 from designer.comparators.stacked import put_together
 from designer.design import Mirror
+from support.shipped_problems import requirement_as_shipped
 
 REQUIREMENT = requirement_as_shipped("pipe_inspection")
 ASKED = Asked.of(REQUIREMENT, REQUIREMENT.camera.lenses[0])
