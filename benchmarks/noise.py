@@ -20,7 +20,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from designer.design import Design, PerView
+from designer.design import VIEW_NAMES, Design, PerView
 from designer.evaluate.noise import (
     MATCHER_PERFORMANCE,
     CameraSetting,
@@ -30,7 +30,6 @@ from designer.evaluate.noise import (
     matching_noise,
     rich_texture,
 )
-from designer.evaluate.resolution import VIEW_NAMES
 from designer.imaging.endtoend.noise import (
     FEWEST_PIXELS,
     STRIPS,

@@ -107,7 +107,7 @@ def write_design(path: str | Path, design: Design) -> None:
     write(design, Path(path))
 
 
-def export(design: Design, to: str, path: str | Path) -> tuple[Path, ...]:
+def export(design: Design, to: str, path: str | Path, *, tolerances: str | Path | None = None) -> tuple[Path, ...]:
     """Write a design in a format of another program, lengths in mm, and return the files written.
 
     Parameters
@@ -116,19 +116,25 @@ def export(design: Design, to: str, path: str | Path) -> tuple[Path, ...]:
         Name of the format, such as ``zmx``: docs/api.md says what each holds.
     path
         A file for a format that holds the whole design in one (``povray``, ``dxf``), else a folder.
+    tolerances
+        For drawing sheets: a grade (``coarse``, ``standard``, ``precision``), or a TOML file of tolerances.
 
     Raises
     ------
     InputError
-        There is no such format, it cannot hold the design, or the path does not fit it.
+        There is no such format, it cannot hold the design or the tolerances, or the path does not fit it.
     """
+    from designer.as_built.named import named_tolerances
     from designer.export.formats import export_design
 
-    return export_design(design, to, Path(path))
+    held = None if tolerances is None else named_tolerances(str(tolerances), design)
+    return export_design(design, to, Path(path), held)
 
 
-def order(design: Design, folder: str | Path) -> Order:
+def order(design: Design, folder: str | Path, *, tolerances: str | Path | None = None) -> Order:
     """Write all that a workshop needs of a design into one folder, as ``designer order`` does.
+
+    ``tolerances`` are as for :func:`export`.
 
     Returns
     -------
@@ -141,9 +147,11 @@ def order(design: Design, folder: str | Path) -> Order:
     InputError
         The folder holds something else, or the design cannot be drawn.
     """
+    from designer.as_built.named import named_tolerances
     from designer.export.order.package import write_order
 
-    return write_order(design, Path(folder))
+    held = None if tolerances is None else named_tolerances(str(tolerances), design)
+    return write_order(design, Path(folder), held)
 
 
 def evaluate(design: Design) -> Evaluation:

@@ -25,7 +25,7 @@ HEADER = ("departure", "found", "+/-", "known before", "unit")
     type=click.Path(path_type=Path),
     required=True,
     metavar="FILE.toml",
-    help="The target's file, from designer target.",
+    help="Target file written by designer target.",
 )
 @click.option("--tolerances", type=click.Path(path_type=Path), help="TOML file of tolerances (docs/tolerances.md).")
 @click.option("--grade", help="coarse, standard or precision, instead of a file.  [default: coarse]")
@@ -33,7 +33,7 @@ HEADER = ("departure", "found", "+/-", "known before", "unit")
     "--free",
     multiple=True,
     metavar="NAME",
-    help="What to look for: a part, a key of as_built, or PART.KEY; may be repeated.  "
+    help="What to estimate: a part, a key of as_built, or PART.KEY; may be repeated.  "
     "[default: all mirrors, lens and image shift]",
 )
 @needs("imaging")

@@ -46,7 +46,7 @@ def trace(design: Path) -> None:
 @click.argument("design", type=click.Path(path_type=Path))
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def evaluate(design: Path, as_json: bool) -> None:
-    """Score and trace DESIGN.json, an existing or hand-edited design, and say how sharp it is through its lens.
+    """Score and trace DESIGN.json, an existing or hand-edited design, and report its focus and blur.
 
     If recorded values contradict the mirrors, a warning is printed and the score is that of the mirrors. Exit code 1 if
     a view of a sensor with departures (as_built) does not see all of the working volume.

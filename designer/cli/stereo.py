@@ -55,7 +55,7 @@ FARTHEST_CENTRE_PX, LARGEST_NOISE_PX = 1e6, 1000.0
     "--mirror-reflectivity",
     type=click.FloatRange(0.01, 1.0),
     metavar="R",
-    help="Even out the views by the light lost at mirrors of this reflectivity and towards the rim of the lens.",
+    help="Compensate for the light lost at mirrors of this reflectivity and towards the rim of the lens.",
 )
 @click.option("--noise-px", type=float, help="Noise of an image point, used for the uncertainties.")
 @click.option("--slab-mm", type=(float, float), metavar="LOW HIGH", help="Range of heights z in the floor plan.")

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from designer.cli.tolerated import forgiveness, tolerances_named, tolerate_best
+from designer.cli.tolerated import forgiveness, tolerate_best
 from designer.extras import needs, require_extra
 from designer.files import InputError
 
 if TYPE_CHECKING:
-    from designer.as_built.tolerances import Tolerances
+    from designer.as_built.named import NamedTolerances
     from designer.requirement import Requirement
     from designer.requirement.model import Objective
     from designer.study.columns import Column
@@ -100,7 +100,7 @@ def study(
     if checks:
         require_extra("imaging", "checking designs end to end", "or use --checks 0")
         _refuse_too_large(asked)
-    tolerated = None if tolerances is None else tolerances_named(tolerances)
+    tolerated = None if tolerances is None else _tolerances(tolerances)
 
     from designer.study.claim import claimed
     from designer.study.names import names_of_study
@@ -109,6 +109,12 @@ def study(
         if not quiet:
             _tell_beforehand(asked, folder, kept)
         _run(asked, folder, not no_pdf, checks, tolerated, jobs, quiet)
+
+
+def _tolerances(named: str) -> NamedTolerances:
+    from designer.as_built.named import named_tolerances
+
+    return named_tolerances(named)
 
 
 def _tell_beforehand(asked: Requirement, folder: Path, kept: list[str]) -> None:
@@ -126,7 +132,7 @@ def _run(
     folder: Path,
     with_pdf: bool,
     checks: int,
-    tolerated: tuple[Tolerances, str] | None,
+    tolerated: NamedTolerances | None,
     jobs: int | None,
     quiet: bool,
 ) -> None:
@@ -143,7 +149,7 @@ def _run(
         found = run_study(asked, folder, jobs=jobs or cores(), progress=progress)
     _check_best(found, folder, checks, jobs or cores(), quiet)
     if tolerated is not None and found.feasible:
-        found = tolerate_best(found, folder, *tolerated, jobs or cores(), quiet)
+        found = tolerate_best(found, folder, tolerated, jobs or cores(), quiet)
     whole = with_checks(found, folder)
     page = _write_page(whole, folder)
     pdf = None

@@ -57,7 +57,7 @@ CALIBRATED = {
     "asked_percent",
     type=float,
     metavar="PERCENT",
-    help="Find the cheapest tolerances with which this percentage of the sensors is good.",
+    help="Find the cheapest tolerances for which this percentage of the sensors is good.",
 )
 @click.option(
     "--write-trial", "numbers", type=int, multiple=True, help="Also write trial N as a design file; may be repeated."

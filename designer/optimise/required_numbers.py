@@ -101,7 +101,7 @@ SPECIFICATION_NAMES = (*design_quantities(), *_DERIVED)
 
 
 @dataclass(frozen=True, slots=True)
-class _Table:
+class _NamedNumbers:
     """Numbers by their names in the requirement, read as attributes, and tables of them."""
 
     entries: Mapping[str, Any]
@@ -176,4 +176,4 @@ def _nested(entry: Any) -> Any:
     if not isinstance(entry, dict):
         return entry
     parts = {name: _nested(part) for name, part in entry.items()}
-    return (parts["0"], parts["1"]) if parts.keys() == {"0", "1"} else _Table(parts)
+    return (parts["0"], parts["1"]) if parts.keys() == {"0", "1"} else _NamedNumbers(parts)

@@ -36,7 +36,7 @@ PREDICTED = "predicted"
 
 
 class Objective(Part):
-    """What to minimise first, and what then."""
+    """What to minimise first, and what second."""
 
     minimise: Annotated[
         str,
@@ -64,7 +64,7 @@ class Objective(Part):
         Field(
             default=1.0,
             description="How much the first objective may increase in favour of the second. Default: 1 percent, "
-            "which is negligible in use. At least 0.1, or 0 for none.",
+            "which is negligible in practice. At least 0.1, or 0 for none.",
         ),
     ]
 
@@ -130,7 +130,7 @@ class Solve(Part):
 
 
 class Requirement(Part):
-    """Everything asked of a study."""
+    """The complete requirement of a study."""
 
     name: Annotated[
         StrictStr,

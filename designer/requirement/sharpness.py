@@ -13,7 +13,7 @@ from designer.requirement.quantity import DesignQuantity, Quantity
 
 
 class Sharpness(Part):
-    """How much the lens may blur: diameters of the blur of a point, at every elevation and distance of the volume."""
+    """How much blur is allowed: diameters of the blur of a point, at every elevation and distance of the volume."""
 
     max_blur_deg: Annotated[
         float,
@@ -31,7 +31,7 @@ class Sharpness(Part):
         Field(
             title="blur on the sensor, at most",
             default=math.inf,
-            description="Largest blur on the sensor. Default: inf, since the angle decides.",
+            description="Largest blur on the sensor. Default: inf, no limit beside that of the angle.",
         ),
     ]
     least_light_percent: Annotated[
@@ -40,7 +40,7 @@ class Sharpness(Part):
         Field(
             title="light of the pupil, at least",
             default=90.0,
-            description="Least share of a scene point's light that must pass every edge, at both ends of each view's "
-            "range: the ray tracer rejects a design below. Default: 90.",
+            description="Smallest share of a scene point's light that must clear all edges, at both ends of each "
+            "view's range; the ray tracer rejects a design with less. Default: 90.",
         ),
     ]

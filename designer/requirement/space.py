@@ -19,7 +19,7 @@ class WorkingVolume(Part):
         DesignQuantity(-89, 89, "degrees", shape="range"),
         Field(
             title="elevation, from the middle",
-            description="Lowest and highest elevation, measured at the middle of the baseline; up is positive.",
+            description="Lowest and highest elevation, seen from the middle of the baseline; up is positive.",
         ),
     ]
     distance_mm: Annotated[
@@ -40,7 +40,7 @@ class WorkingVolume(Part):
 
 
 class Envelope(Part):
-    """The space the mirrors may take."""
+    """The space that the mirrors may take up."""
 
     height_mm: Annotated[
         float,

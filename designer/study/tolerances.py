@@ -15,6 +15,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from designer.as_built.model import perturbable
+from designer.as_built.named import NamedTolerances
 from designer.as_built.study import ToleranceStudy, percentiles, study_tolerances
 from designer.as_built.tolerances import Tolerances, tolerance_values
 from designer.as_built.yields import expected_depth_error
@@ -171,16 +172,34 @@ def read_tolerances_of_study(folder: Path, designs: Sequence[Design]) -> StudyTo
     InputError
         The file cannot be understood.
     """
+    found = _read(folder)
+    if found is None:
+        return None
+    present = {design.configuration: _fingerprint(design) for design in designs}
+    is_theirs = all(present.get(each.configuration) == each.design_sha256 for each in found.designs)
+    return found if is_theirs else None
+
+
+def tolerances_in(folder: Path) -> NamedTolerances | None:
+    """The tolerances that a study's folder holds, whatever its designs; None if it holds none.
+
+    Raises
+    ------
+    InputError
+        The file cannot be understood.
+    """
+    found = _read(folder)
+    return None if found is None else NamedTolerances(found.name, found.tolerances)
+
+
+def _read(folder: Path) -> StudyTolerances | None:
     path = folder / TOLERANCES
     if not path.exists():
         return None
     try:
-        found = StudyTolerances.model_validate_json(read_text(path))
+        return StudyTolerances.model_validate_json(read_text(path))
     except ValidationError as error:
         raise InputError(describe_validation_error(path, error)) from None
-    present = {design.configuration: _fingerprint(design) for design in designs}
-    is_theirs = all(present.get(each.configuration) == each.design_sha256 for each in found.designs)
-    return found if is_theirs else None
 
 
 def _expected(design: Design, tolerances: Tolerances, seed: int) -> float:

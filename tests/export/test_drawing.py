@@ -15,6 +15,7 @@ from designer.export.drawing.sheets import drawing_sheets, sheet_sources
 from designer.extras import is_installed
 from designer.files import InputError
 from support import DATA
+from support.sheets import printed_words
 from support.studied_designs import NAMES, SHARP_NAMES, sharp_design, studied_design
 from support.wide_designs import LAWS, wide_design
 
@@ -26,11 +27,6 @@ NUMBER = r"([+−]?[\d.]+(?:e[+−]?\d+)?)"
 
 def number_of(words: str) -> float:
     return float(words.replace("−", "-"))
-
-
-def printed_words(source: str) -> str:
-    """Everything that a sheet prints, as one line: the string literals of its source, in order."""
-    return " ".join(re.findall(r'"((?:[^"\\]|\\.)*)"', source))
 
 
 def rebuilt(mirror_sheet: str, assembly: str, name: str) -> dict[str, object]:

@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from designer.as_built.named import NamedTolerances, named_tolerances
 from designer.as_built.study import study_tolerances
 from designer.as_built.tolerances import tolerances_of_grade
-from designer.cli.tolerated import forgiveness, tolerances_named
+from designer.cli.tolerated import forgiveness
 from designer.files import InputError
 from designer.report.content.as_built import as_built, most_forgiving_in_words
 from designer.requirement import read_requirement
@@ -108,14 +109,14 @@ def test_the_most_forgiving_design_has_the_least_high_percentile(found: StudyTol
 def test_tolerances_are_a_grade_or_a_file(tmp_path: Path) -> None:
     own = tmp_path / "own.toml"
     own.write_text("[mirror.secondary]\ntilt_deg = 0.02\n", encoding="utf-8")
-    assert tolerances_named("coarse") == (tolerances_of_grade("coarse"), "coarse")
-    tolerances, name = tolerances_named(str(own))
-    assert (tolerances.mirror["secondary"].tilt_deg, name) == (0.02, "own.toml")
+    assert named_tolerances("coarse") == NamedTolerances("coarse", tolerances_of_grade("coarse"))
+    found = named_tolerances(str(own))
+    assert (found.values.mirror["secondary"].tilt_deg, found.name) == (0.02, "own.toml")
     own.write_text("[mirror.third]\ntilt_deg = 0.02\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"mirror\.third: must be a mirror of the design: lower, upper, primary"):
-        tolerances_named(str(own))
-    with pytest.raises(InputError, match="--tolerances fine: must be coarse, standard, precision, or a TOML file"):
-        tolerances_named("fine")
+        named_tolerances(str(own))
+    with pytest.raises(InputError, match="tolerances fine: must be coarse, standard, precision, or a TOML file"):
+        named_tolerances("fine")
 
 
 def test_a_design_that_cannot_be_built_says_why(tmp_path: Path) -> None:

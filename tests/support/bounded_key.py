@@ -22,18 +22,18 @@ def copy_with_key(folder: Path) -> list[str]:
     (field,) = (snippet for snippet in snippets if "lowest_viewpoint_mm: Annotated" in snippet)
     shutil.copytree(ROOT / "designer", folder / "designer", ignore=shutil.ignore_patterns("__pycache__"))
     edits = {
-        "requirement/space.py": [('    """The space the mirrors may take."""\n', "\n" + field, "after")],
+        "requirement/space.py": [("    height_mm: Annotated[\n", field)],
         "optimise/constraints.py": [
-            ("CONSTRAINTS: tuple[", constraint + "\n\n", "before"),
-            ("    blur_constraints,\n", "    viewpoint_constraints,\n", "after"),
+            ("CONSTRAINTS: tuple[", constraint + "\n\n"),
+            (')\n"""Every builder', "    viewpoint_constraints,\n"),
         ],
     }
     for name, changes in edits.items():
         path = folder / "designer" / name
         text = path.read_text()
-        for place, added, side in changes:
+        for place, added in changes:
             assert text.count(place) == 1, (name, place)
-            text = text.replace(place, place + added if side == "after" else added + place)
+            text = text.replace(place, added + place)
         path.write_text(text)
     return sorted(edits)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from designer.as_built.allowances import camera_allowance, mirror_allowance
+from designer.as_built.named import NamedTolerances
 from designer.design import Design
 from designer.evaluate.fabrication import size_of
 from designer.export.drawing.fields import OPEN, Groups, exactly, lens_law
@@ -30,14 +32,43 @@ def vertex_table(design: Design) -> str:
     return f"#heights(({rows}))\n"
 
 
-def assembly_groups(design: Design) -> Groups:
-    """The fields below that table."""
+def assembly_groups(design: Design, tolerances: NamedTolerances | None = None) -> Groups:
+    """The fields below that table; without tolerances these are left to be agreed."""
+    placed = [] if tolerances is None else [(_placing_title(tolerances), _placing(design, tolerances))]
     return [
         ("In full, in mm above the pinhole, for programs; the drawing is rounded", _in_full(design)),
+        *placed,
         ("Views", _views(design)),
         ("Camera and lens", _camera(design)),
-        ("Notes", _notes(design)),
+        ("Notes", _notes(design, tolerances)),
     ]
+
+
+def _placing_title(tolerances: NamedTolerances) -> str:
+    return f"Tolerances of position, of {tolerances.in_words}; largest departures"
+
+
+def _placing(design: Design, tolerances: NamedTolerances) -> list[tuple[str, str]]:
+    rows = []
+    for mirror in design.mirrors:
+        allowed = mirror_allowance(design, mirror.name, tolerances.values)
+        rows.append(
+            (
+                f"{mirror.name} mirror",
+                f"vertex within ±{allowed.decentre_mm:g} mm in x and in y, ±{allowed.axial_shift_mm:g} mm in height; "
+                f"tilted by at most {allowed.tilt_deg:g}° about x and about y",
+            )
+        )
+    camera = camera_allowance(design, tolerances.values)
+    rows.append(
+        (
+            "camera to head",
+            f"pinhole within ±{camera.shift_mm:g} mm in x and in y, ±{camera.axial_shift_mm:g} mm in height; axis "
+            f"tilted by at most {camera.tilt_deg:g}° about x and about y",
+        )
+    )
+    rows.append(("lens, as set", f"principal distance within ±{camera.principal_distance_mm:.3g} mm, then locked"))
+    return rows
 
 
 def _in_full(design: Design) -> list[tuple[str, str]]:
@@ -70,7 +101,7 @@ def _camera(design: Design) -> list[tuple[str, str]]:
     ]
 
 
-def _notes(design: Design) -> list[tuple[str, str]]:
+def _notes(design: Design, tolerances: NamedTolerances | None) -> list[tuple[str, str]]:
     size, housing = size_of(design), design.housing
     lowest = "lens front" if float(size.bottom) == design.camera.lens_front_mm else "lowest edge"
     highest = "highest edge of a mirror"
@@ -88,7 +119,11 @@ def _notes(design: Design) -> list[tuple[str, str]]:
             "positive, the radius of the latter has the other sign",
         ),
         ("what holds them", _what_holds_them(design)),
-        ("tolerances", f"of position and tilt {OPEN}: run designer tolerance for what each departure costs"),
+        *(
+            [("tolerances", f"of position and tilt {OPEN}: run designer tolerance for what each departure costs")]
+            if tolerances is None
+            else []
+        ),
     ]
 
 

@@ -6,6 +6,7 @@ import hashlib
 from importlib import resources
 
 from designer import __version__
+from designer.as_built.named import NamedTolerances
 from designer.design import Design, Mirror, design_to_json
 from designer.export.assembly_name import ASSEMBLY, check_names_of_parts
 from designer.export.drawing.assembly import assembly_drawing
@@ -21,8 +22,8 @@ from designer.typesetting.markup import literal
 LARGEST_MM, SMALLEST_MM, LARGEST_RADIUS_MM = 1e5, 1e-2, 1e9
 
 
-def drawing_sheets(design: Design) -> dict[str, bytes]:
-    """Every sheet as PDF, by the name of its mirror; last the assembly.
+def drawing_sheets(design: Design, tolerances: NamedTolerances | None = None) -> dict[str, bytes]:
+    """Every sheet as PDF, by the name of its mirror; last the assembly. Without tolerances these are to be agreed.
 
     Raises
     ------
@@ -34,13 +35,13 @@ def drawing_sheets(design: Design) -> dict[str, bytes]:
 
     style = resources.files("designer.export.drawing").joinpath("sheet.typ").read_bytes()
     sheets = {}
-    for name, source in sheet_sources(design).items():
+    for name, source in sheet_sources(design, tolerances).items():
         missing = missing_characters(source)
         sheets[name] = compile_pdf(without_characters(source, missing), {"sheet.typ": style})
     return sheets
 
 
-def sheet_sources(design: Design) -> dict[str, str]:
+def sheet_sources(design: Design, tolerances: NamedTolerances | None = None) -> dict[str, str]:
     """The Typst source of every sheet, by its name."""
     check_names_of_parts(design)
     _check_surroundings(design)
@@ -54,9 +55,9 @@ def sheet_sources(design: Design) -> dict[str, str]:
             f"{mirror.name} mirror",
             f"{index} of {count}",
             section_of(design, mirror.name),
-            fields(mirror_groups(design, mirror.name)),
+            fields(mirror_groups(design, mirror.name, tolerances)),
         )
-    tables = vertex_table(design) + fields(assembly_groups(design))
+    tables = vertex_table(design) + fields(assembly_groups(design, tolerances))
     sources[ASSEMBLY] = _sheet(design, ASSEMBLY, f"{count} of {count}", assembly_drawing(design), tables)
     return sources
 

@@ -7,6 +7,7 @@ import io
 from collections.abc import Iterable, Mapping, Sequence
 
 from designer import __version__
+from designer.as_built.named import NamedTolerances
 from designer.design import Design
 from designer.evaluate.coatings import ALUMINIUM_6061, COATINGS
 from designer.evaluate.fabrication import mirror_shape
@@ -21,8 +22,16 @@ from designer.housing import Tube
 
 _OPEN = (
     "Tolerances of surface form, roughness, imperfections, centring and dimensions, to be agreed with the workshop "
-    "before ordering: run `designer tolerance` for what each departure costs (docs/tolerances.md of the designer).",
+    "before ordering: run `designer tolerance` for what each departure costs (docs/tolerances.md of the designer), and "
+    "give its file to `--tolerances`.",
     "Tolerances of each mirror's place and tilt: from the same budget.",
+)
+_OPEN_BESIDE_TOLERANCES = (
+    "Roughness, imperfections and irregularity (form other than radius and conic constant), to be agreed with the "
+    "workshop before ordering.",
+    "Tolerances of dimensions that are not optical, and how decentre and tilt are shared between part and seat.",
+)
+_OPEN_ALWAYS = (
     "What holds the mirrors: seats, flanges and screws. A mirror's solid is its face with its back, and nothing else.",
     "Edges: chamfers outside the clear aperture.",
 )
@@ -70,7 +79,13 @@ def _in_one_line(text: object) -> str:
     return " ".join(str(text).split())
 
 
-def read_me(design: Design, formats: Sequence[str], left_out: Mapping[str, str], problems: Sequence[str]) -> str:
+def read_me(
+    design: Design,
+    formats: Sequence[str],
+    left_out: Mapping[str, str],
+    problems: Sequence[str],
+    tolerances: NamedTolerances | None = None,
+) -> str:
     """The README of an order, in Markdown."""
     configuration = " ".join(design.configuration.split())
     first, *others = COATINGS
@@ -88,6 +103,7 @@ def read_me(design: Design, formats: Sequence[str], left_out: Mapping[str, str],
             [
                 "`parts.csv`: the parts, with material, coating, mass and drawing",
                 "`design.json`: the design itself, for the designer",
+                *_tolerance_file(tolerances),
                 *(f"`{name}/`: {EXPORTS[name].description}; without {EXPORTS[name].leaves_out}" for name in formats),
                 "`order.json`: the files with their SHA-256",
             ]
@@ -99,7 +115,7 @@ def read_me(design: Design, formats: Sequence[str], left_out: Mapping[str, str],
             else []
         ),
         "## What is not specified yet",
-        _bullets([*_OPEN, *_open_housing(design)]),
+        _bullets([*(_OPEN if tolerances is None else _OPEN_BESIDE_TOLERANCES), *_OPEN_ALWAYS, *_open_housing(design)]),
         "## Material and coating",
         f"Unless you decide otherwise: {ALUMINIUM_6061.name}, {ALUMINIUM_6061.process}, with {first.name} "
         f"(reflects at least {100 * first.reflectivity:g} % in the visible, {first.reason}). Others: {choices}. A "
@@ -107,6 +123,15 @@ def read_me(design: Design, formats: Sequence[str], left_out: Mapping[str, str],
         *_notes(design),
     ]
     return "\n\n".join(sections) + "\n"
+
+
+def _tolerance_file(tolerances: NamedTolerances | None) -> list[str]:
+    if tolerances is None:
+        return []
+    return [
+        f"`tolerances.toml`: the tolerances that the drawings carry, those of {tolerances.in_words}; "
+        "`designer tolerance design.json --tolerances tolerances.toml` says how many sensors are good"
+    ]
 
 
 def _verdict(problems: Sequence[str]) -> list[str]:

@@ -21,6 +21,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from designer.design import PerView
 from designer.evaluate.noise import Matcher
 from designer.files import InputError
 from designer.imaging.images import Image
@@ -144,7 +145,7 @@ def match(
     search: SearchRange,
     upper: Image,
     lower: Image,
-    imaged: tuple[NDArray[np.bool_], NDArray[np.bool_]] | None = None,
+    imaged: PerView[NDArray[np.bool_]] | None = None,
     options: MatchingOptions = DEFAULT_OPTIONS,
 ) -> Matches:
     """Match every pixel of the upper panorama with the lower one.
@@ -154,7 +155,7 @@ def match(
     upper, lower
         Grey scan lines of both views, (columns + 2 AZIMUTH_PADDING, rows).
     imaged
-        Which samples the upper and the lower view image, each (columns, rows); all of them by default.
+        Which samples each view images, (columns, rows); all of them by default.
 
     Raises
     ------
@@ -175,7 +176,7 @@ def match(
     def match_part(columns: slice) -> None:
         padded = slice(columns.start, columns.stop + 2 * AZIMUTH_PADDING)
         found = _least_differences(search, upper[padded], lower[padded], options) if whole is None else whole[columns]
-        seen = None if imaged is None else (imaged[0][columns], imaged[1][columns])
+        seen = None if imaged is None else PerView(upper=imaged.upper[columns], lower=imaged.lower[columns])
         part = _judged(grid, search, found, upper[padded], seen, options)
         matches.disparities[columns], matches.distances_mm[columns], matches.outcomes[columns] = part
 
@@ -276,7 +277,7 @@ def _judged(
     search: SearchRange,
     candidates: _Candidates,
     upper: Image,
-    imaged: tuple[NDArray[np.bool_], NDArray[np.bool_]] | None,
+    imaged: PerView[NDArray[np.bool_]] | None,
     options: MatchingOptions,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint8]]:
     """Disparities, distances and outcomes of some columns, all but the search for speckles."""
@@ -300,7 +301,7 @@ def _judged(
             explained = np.maximum(contrast * np.float32(options.largest_difference), np.float32(options.noise_floor))
             reasons[MatchOutcome.UNLIKE] = candidates.remaining > explained * np.float32(options.window**2)
     if imaged is not None:
-        reasons[MatchOutcome.OUTSIDE_ZONE] = ~(imaged[0] & _taken(imaged[1], matched))
+        reasons[MatchOutcome.OUTSIDE_ZONE] = ~(imaged.upper & _taken(imaged.lower, matched))
     outcomes = np.zeros(whole.shape, np.uint8)
     for outcome, applies in reasons.items():
         np.maximum(outcomes, applies.view(np.uint8) * np.uint8(outcome), out=outcomes)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from designer.design import VIEW_NAMES, Design, ViewName
+from designer.design import VIEW_NAMES, Design, PerView, ViewName
 from designer.files import InputError
 from designer.imaging.images import Image
 from designer.imaging.stereo.equalisation import (
@@ -44,7 +44,7 @@ RANGE_MARGIN = 1.1
 class StereoRig:
     """Everything about a design that processing an image needs, built once by :func:`build_rig`.
 
-    ``imaged`` is None where every sample of both panoramas is imaged, else which ones are, upper and lower.
+    ``imaged`` is None where every sample of both panoramas is imaged, else which ones are in each.
     ``equalisers`` is None for plain bilinear sampling; ``sigma_px`` is then None too. ``brightening`` holds a factor
     for each row of both panoramas, (rows,); None leaves them as bright as they were recorded.
     """
@@ -54,7 +54,7 @@ class StereoRig:
     images: dict[ViewName, ViewImage]
     tables: dict[ViewName, LookUp]
     search: SearchRange
-    imaged: tuple[NDArray[np.bool_], NDArray[np.bool_]] | None
+    imaged: PerView[NDArray[np.bool_]] | None
     equalisers: dict[ViewName, Equaliser] | None
     sigma_px: float | None
     brightening: dict[ViewName, Floats] | None = None
@@ -116,8 +116,8 @@ def build_rig(
         nearest = max(nearest - design.tube.wall_mm, nearest / 2.0)
     search = search_range(grid, design.baseline_mm, (nearest, farthest))
     tables = {view: look_up(grid, images[view], view) for view in VIEW_NAMES}
-    imaged = (tables["upper"].imaged, tables["lower"].imaged)
-    if not (imaged[0].any() or imaged[1].any()):
+    imaged = PerView(upper=tables["upper"].imaged, lower=tables["lower"].imaged)
+    if not (imaged.upper.any() or imaged.lower.any()):
         raise InputError(
             "neither view's image falls on the sensor: check --center (or --placement), --scale and --elevation-deg"
         )
@@ -127,7 +127,7 @@ def build_rig(
         widths = factors_of_rows(grid, images, inner, reference_distance_mm or 2.0 / (1.0 / near + 1.0 / far))
         sigma_px = sigma_px or reference_sigma_px(grid, images, widths)
         equalisers = {view: build_equaliser(grid, images[view], view, widths[view], sigma_px) for view in VIEW_NAMES}
-    partly = None if imaged[0].all() and imaged[1].all() else imaged
+    partly = None if imaged.upper.all() and imaged.lower.all() else imaged
     factors = None if mirror_reflectivity is None else brightening(design, grid, images, mirror_reflectivity)
     return StereoRig(design, grid, images, tables, search, partly, equalisers, sigma_px if equalise else None, factors)
 

@@ -168,7 +168,7 @@ def column_shifts(
     disparities = np.zeros_like(costs)
     for place, shift in enumerate(shifts):
         lower = np.pad(np.roll(inner, shift, axis=0), ((AZIMUTH_PADDING, AZIMUTH_PADDING), (0, 0)), mode="wrap")
-        imaged = None if rig.imaged is None else (rig.imaged[0], np.roll(rig.imaged[1], shift, axis=0))
+        imaged = None if rig.imaged is None else replace(rig.imaged, lower=np.roll(rig.imaged.lower, shift, axis=0))
         matches = match(grid, rig.search, lines["upper"], lower, imaged, options)
         remaining = cv2.absdiff(lines["upper"], lower_as_upper(lower, matches))
         window = (options.window, options.window)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from designer.design import Design
+from designer.as_built.allowances import mirror_allowance
+from designer.as_built.tolerances import Tolerances
+from designer.design import Design, Mirror
 from designer.evaluate.fabrication import mirror_shape
 from designer.study.row import Row
 from designer.study.study import LensRow
-from designer.typesetting.markup import DASH, call, cell, cells, literal, number, text, typographic
+from designer.typesetting.markup import DASH, call, cell, cells, literal, number, plain_number, text, typographic
 
 # Joins the constraints of a reason that are equally violated.
 _EQUALLY = "; equally, "
@@ -29,9 +31,12 @@ def percent_decimals(values: Iterable[float | None], significant: int = 4) -> in
     return max(significant - 1 - math.floor(math.log10(min(known))), 0) if known else significant
 
 
-def prescription(design: Design) -> str:
-    """The mirrors as opticians write them; the first column numbers them as the cross-section does."""
-    rows = []
+def prescription(design: Design, tolerances: Tolerances | None = None) -> str:
+    """The mirrors as opticians write them; the first column numbers them as the cross-section does.
+
+    Numbers with a tolerance stop at a tenth of it.
+    """
+    rows: list[list[str]] = []
     for index, mirror in enumerate(design.mirrors, start=1):
         rows.append(
             [
@@ -39,9 +44,7 @@ def prescription(design: Design) -> str:
                 mirror.name,
                 mirror.kind,
                 mirror.faces,
-                number(mirror.vertex_mm, 4),
-                "∞" if mirror.radius_mm is None else number(mirror.radius_mm, 4),
-                number(mirror.conic, 6),
+                *_optical_numbers(design, mirror, tolerances),
                 number(mirror.inner_radius_mm, 3),
                 number(mirror.outer_radius_mm, 3),
                 number(mirror_shape(design, mirror.name).sag_mm, 4),
@@ -60,6 +63,26 @@ def prescription(design: Design) -> str:
         rows=cells(rows),
         inset="(x: 1.2mm, y: 0.95mm)",
     )
+
+
+def _optical_numbers(design: Design, mirror: Mirror, tolerances: Tolerances | None) -> list[str]:
+    """Vertex, radius and conic constant, each with its tolerance if there are any."""
+    if tolerances is None:
+        radius = "∞" if mirror.radius_mm is None else number(mirror.radius_mm, 4)
+        return [number(mirror.vertex_mm, 4), radius, number(mirror.conic, 6)]
+    allowed = mirror_allowance(design, mirror.name, tolerances)
+    vertex = _within(mirror.vertex_mm, allowed.axial_shift_mm)
+    if mirror.radius_mm is None or allowed.radius_mm is None or allowed.conic is None:
+        return [vertex, f"∞ (1/R ±{allowed.curvature_per_m:.2g} 1/m)", number(mirror.conic, 0)]
+    return [vertex, _within(mirror.radius_mm, allowed.radius_mm), _within(mirror.conic, allowed.conic)]
+
+
+def _within(value: float, tolerance: float) -> str:
+    """A number and its tolerance, to two significant digits of the latter; in full where nothing is allowed."""
+    if tolerance <= 0.0:
+        return f"{plain_number(value)} ±0"
+    decimals = max(1 - math.floor(math.log10(tolerance)), 0)
+    return f"{number(value, decimals)} ±{tolerance:.2g}"
 
 
 def fabrication(design: Design) -> str:
