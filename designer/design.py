@@ -39,7 +39,7 @@ Interval = tuple[Number, Number]
 
 ViewName = Literal["upper", "lower"]
 VIEW_NAMES: tuple[ViewName, ViewName] = ("upper", "lower")
-Each = TypeVar("Each")
+Each = TypeVar("Each", covariant=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -21,7 +21,7 @@ LEAST_INDEX, MOST_INDEX = 1.2, 2.5
 
 
 @dataclass(frozen=True, slots=True)
-class Material:
+class TubeMaterial:
     """What tubes are drawn or extruded from: refractive index at 587.6 nm, density in g/mm3."""
 
     words: str
@@ -30,9 +30,9 @@ class Material:
 
 
 # Data sheets: PLEXIGLAS XT (Röhm) and DURAN borosilicate glass 3.3 (DWK).
-MATERIALS: dict[str, Material] = {
-    "acrylic": Material("acrylic (PMMA)", 1.491, 1.19e-3),
-    "glass": Material("borosilicate glass 3.3", 1.473, 2.23e-3),
+MATERIALS: dict[str, TubeMaterial] = {
+    "acrylic": TubeMaterial("acrylic (PMMA)", 1.491, 1.19e-3),
+    "glass": TubeMaterial("borosilicate glass 3.3", 1.473, 2.23e-3),
 }
 
 

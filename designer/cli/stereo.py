@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from designer.design import VIEW_NAMES
 from designer.extras import needs
 from designer.files import InputError
 
@@ -141,6 +140,7 @@ def _is_placed(asked: dict[str, Any]) -> bool:
 def _print_centres(found: FoundCentres) -> None:
     from math import degrees
 
+    from designer.design import VIEW_NAMES
     from designer.imaging.stereo.placement import ImagePlacement, placement_of_view
 
     placement, errors = found.placement, found.standard_errors_px

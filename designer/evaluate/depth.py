@@ -16,7 +16,7 @@ ray beyond 90 degrees at the pinhole the numbers mean nothing; no zone inside an
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -149,7 +149,8 @@ def depth_error_rms(
     def error_at(slopes: Scalar, distances: Scalar) -> Scalar:
         return _relative_depth_error_at(pair, slopes, distances, noise_mm, scale_uncertainty)
 
-    return _rms_over(pair, volume, error_at, [scale_uncertainty, *([] if callable(noise_mm) else [noise_mm])])
+    given = [*_numbers_of(pair), scale_uncertainty, *([] if callable(noise_mm) else [noise_mm])]
+    return rms_over_volume(volume, error_at, given)
 
 
 def depth_shift_per_scale_rms(pair: StereoPair, volume: Volume) -> Scalar:
@@ -157,11 +158,13 @@ def depth_shift_per_scale_rms(pair: StereoPair, volume: Volume) -> Scalar:
 
     Times the uncertainty of the scale it is the systematic part of the score. Broadcasts over arrays of designs.
     """
-    return _rms_over(pair, volume, lambda slopes, distances: depth_shift_per_scale(pair, slopes, distances), [])
+    return rms_over_volume(
+        volume, lambda slopes, distances: depth_shift_per_scale(pair, slopes, distances), _numbers_of(pair)
+    )
 
 
-def _rms_over(
-    pair: StereoPair, volume: Volume, value_at: Callable[[Scalar, Scalar], Scalar], given: list[Scalar]
+def rms_over_volume(
+    volume: Volume, value_at: Callable[[Scalar, Scalar], Scalar], given: Sequence[Scalar] = ()
 ) -> Scalar:
     """Root mean square over a volume of a value that depends on tan(elevation), distance and whatever is ``given``.
 
@@ -173,14 +176,18 @@ def _rms_over(
     elevation_rule, distance_rule = _unit_gauss_legendre(ELEVATION_NODES), _unit_gauss_legendre(DISTANCE_NODES)
     along_elevation = [(low * (high / low) ** node, weight) for node, weight in elevation_rule]
     along_distance = [(near * (far / near) ** node, weight) for node, weight in distance_rule]
-    given = [low, high, near, far, pair.gain_lower, pair.gain_upper, pair.baseline, pair.principal_distance, *given]
-    dimensions = max(map(np.ndim, given)) if not any(map(is_symbolic, given)) else 1
+    numbers = [low, high, near, far, *given]
+    dimensions = max(map(np.ndim, numbers)) if not any(map(is_symbolic, numbers)) else 1
     # d(elevation) = cos(elevation) d(log t), and 1 / cos(elevation) = (t + 1/t) / 2.
     weights = _rows([2.0 * w / (t + 1.0 / t) * v for t, w in along_elevation for _, v in along_distance], dimensions)
     slopes = _rows([elevation_tangent(t, "direct") for t, _ in along_elevation for _ in along_distance], dimensions)
     distances = _rows([distance for _ in along_elevation for distance, _ in along_distance], dimensions)
     value = row_by_row(value_at, slopes, distances)
     return sqrt(total(weights * value * value) / total(weights))
+
+
+def _numbers_of(pair: StereoPair) -> list[Scalar]:
+    return [pair.gain_lower, pair.gain_upper, pair.baseline, pair.principal_distance]
 
 
 def _rows(values: list[Scalar], dimensions: int) -> Scalar:

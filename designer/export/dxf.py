@@ -5,7 +5,6 @@ The drawing's x is the distance from the axis, its y the height above the pinhol
 
 from __future__ import annotations
 
-import io
 import re
 from itertools import pairwise
 from typing import Any
@@ -14,6 +13,7 @@ import numpy as np
 
 from designer.design import Design, Mirror
 from designer.export.conic_arc import profile_arc
+from designer.export.dxf_document import dxf_document, text_of
 from designer.export.housing_words import housing_words
 from designer.files import InputError
 from designer.trace.instrument import sag
@@ -35,24 +35,13 @@ def dxf_drawing(design: Design) -> dict[str, str]:
     InputError
         A profile or a name is none that a drawing can hold.
     """
-    import ezdxf
-
     _check(design)
-    # The time of writing and random identifiers would make every file of the same design another one.
-    before = ezdxf.options.write_fixed_meta_data_for_testing
-    ezdxf.options.write_fixed_meta_data_for_testing = True
-    try:
-        drawing = ezdxf.new("R2010", units=ezdxf.units.MM)
-        drawing.header["$MEASUREMENT"] = 1
+    with dxf_document() as drawing:
         for mirror in design.mirrors:
             _draw_mirror(drawing, mirror)
         _draw_housing(drawing, design)
         _draw_notes(drawing, design)
-        stream = io.StringIO()
-        drawing.write(stream)
-    finally:
-        ezdxf.options.write_fixed_meta_data_for_testing = before
-    return {design.configuration: stream.getvalue()}
+        return {design.configuration: text_of(drawing)}
 
 
 def _check(design: Design) -> None:

@@ -11,6 +11,7 @@ from typing import Literal
 from designer.as_built.named import NamedTolerances
 from designer.design import Design
 from designer.evaluate.magnitudes import check_magnitudes
+from designer.export.drawing.dxf_sheets import dxf_sheets
 from designer.export.drawing.sheets import drawing_sheets
 from designer.export.dxf import dxf_drawing
 from designer.export.optiland import optiland_files
@@ -129,6 +130,15 @@ EXPORTS: dict[str, ExportFormat] = {
         leaves_out="seats of the mirrors and, unless given, tolerances, which the sheets leave to be agreed",
         extra="drawing",
         toleranced=drawing_sheets,
+    ),
+    "drawing-dxf": ExportFormat(
+        description="the same sheets for CAD, in true millimetres, with dimensions that a program measures",
+        suffix=".dxf",
+        one_file_for="sheet",
+        contents=dxf_sheets,
+        leaves_out="seats of the mirrors and, unless given, tolerances, which the sheets leave to be agreed",
+        extra="dxf",
+        toleranced=dxf_sheets,
     ),
 }
 """Every format by its name on the command line."""

@@ -1,9 +1,9 @@
 """A study's folder, written file by file, each whole or not at all, and read back.
 
 ``designs.csv`` (a row for each configuration), ``designs/`` (a file for each feasible design), ``fronts.csv`` (Pareto
-fronts), ``lenses.csv`` (what each lens of a catalogue gives), ``requirement.toml``, ``provenance.json`` (written last
-of the study), ``checks/``, ``study.html``, ``study.pdf``, ``figures/`` and ``manifest.json`` (which of the folder's
-files are the study's own).
+fronts), ``lenses.csv`` (what each lens of a catalogue gives), ``comparators.csv`` (what else could be built),
+``requirement.toml``, ``provenance.json`` (written last of the study), ``checks/``, ``study.html``, ``study.pdf``,
+``figures/`` and ``manifest.json`` (which of the folder's files are the study's own).
 """
 
 from __future__ import annotations
@@ -25,9 +25,11 @@ from designer.files import InputError, as_json, read_text, write_atomically
 from designer.own_files import described_run
 from designer.requirement import Requirement, read_requirement, requirement_to_toml, set_key
 from designer.study.columns import STATUSES
+from designer.study.comparators import read_comparators
 from designer.study.manifest import announce, read_manifest, remove, settle
 from designer.study.names import (
     CHECKS,
+    COMPARATORS_TABLE,
     DESIGNS,
     FIGURE_LIST,
     FIGURES,
@@ -164,7 +166,8 @@ def read_study(folder: Path) -> Study:
     pareto = _read_pareto(folder / PARETO) if (folder / PARETO).exists() else ()
     provenance = _read_json(folder / PROVENANCE) if (folder / PROVENANCE).exists() else {}
     lenses = _read_lenses(folder / LENSES) if (folder / LENSES).exists() else ()
-    study = Study(requirement, rows, designs, pareto, provenance, lenses=lenses)
+    others = read_comparators(folder / COMPARATORS_TABLE) if (folder / COMPARATORS_TABLE).exists() else ()
+    study = Study(requirement, rows, designs, pareto, provenance, lenses=lenses, comparators=others)
     return with_checks(with_tolerances(study, folder), folder)
 
 

@@ -9,6 +9,7 @@ RESULTS = "designs.csv"
 DESIGNS = "designs"
 PARETO = "fronts.csv"
 LENSES = "lenses.csv"
+COMPARATORS_TABLE = "comparators.csv"
 REQUIREMENT = "requirement.toml"
 PROVENANCE = "provenance.json"
 TOLERANCES = "tolerances.json"
@@ -50,7 +51,8 @@ def figure_name(file: str) -> str:
 
 def names_of_study(configurations: Iterable[str]) -> tuple[str, ...]:
     """The names of all files that a study of some configurations may write, but for figures."""
-    names = [REQUIREMENT, RESULTS, PARETO, LENSES, PROVENANCE, TOLERANCES, PDF, PAGE, figure_name(FIGURE_LIST)]
+    tables = [RESULTS, PARETO, LENSES, COMPARATORS_TABLE]
+    names = [REQUIREMENT, *tables, PROVENANCE, TOLERANCES, PDF, PAGE, figure_name(FIGURE_LIST)]
     for configuration in configurations:
         names += [design_name(configuration), *names_of_check(configuration)]
     return tuple(names)

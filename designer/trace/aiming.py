@@ -24,6 +24,7 @@ AIMING_TABLE_SIZE = 2049
 SECANT_STEPS = 8
 # Pinhole angles are found to this; a tenth of a pixel is some 1e-5 rad.
 ANGLE_TOLERANCE_RAD = 1e-11
+ROUNDING_RAD = 1e-14
 
 
 def pinhole_angles(instrument: Instrument, path: Sequence[int], elevations: ArrayLike, psi_limit: float) -> Array:
@@ -105,12 +106,8 @@ def project(design: Design, view_name: ViewName, distances_mm: ArrayLike, height
     instrument = build_instrument(design)
     side = 1.0 if view.gain > 0.0 else -1.0
     distances, heights = np.broadcast_arrays(np.asarray(distances_mm, float), np.asarray(heights_mm, float))
-    path = instrument.path(view.path)
-
-    def exits(psi: Array) -> tuple[Array, Array]:
-        return exit_lines(instrument, path, psi, design.tube)
-
-    return _aim(exits, side * distances, heights, widest_pinhole_angle(design))
+    path, widest = instrument.path(view.path), widest_pinhole_angle(design)
+    return aim_at_points(instrument, path, side * distances, heights, widest, design.tube)
 
 
 def exit_lines(
@@ -135,8 +132,21 @@ def _through_wall(tube: Tube, lines: list[Array], trace: SequentialTrace, length
     ]
 
 
-def _aim(exits: Callable[[Array], tuple[Array, Array]], positions: Array, heights: Array, widest: float) -> Array:
-    """Pinhole angles whose exit rays pass through points (signed distance from the axis, height)."""
+def aim_at_points(
+    instrument: Instrument,
+    path: tuple[int, ...],
+    positions: Array,
+    heights: Array,
+    widest: float,
+    tube: Tube | None = None,
+) -> Array:
+    """Pinhole angles (n,) up to ``widest`` whose exit rays pass through points (signed distance from the axis, height).
+
+    Apertures, blockage and the ends of a tube are ignored, and no single viewpoint is needed. NaN where no ray goes.
+    """
+
+    def exits(psi: Array) -> tuple[Array, Array]:
+        return exit_lines(instrument, path, psi, tube)
 
     def excess(psi: Array) -> Array:
         """Angle from the exit ray to the line from its start to the point."""
@@ -151,7 +161,8 @@ def _aim(exits: Callable[[Array], tuple[Array, Array]], positions: Array, height
         error, last_error = excess(psi), excess(last)
         for _ in range(SECANT_STEPS):
             step = error * (last - psi) / (last_error - error)
-            step = np.where(np.isfinite(step), step, 0.0)
+            # Two errors of rounding alone, while other rays are still on their way, tell no direction.
+            step = np.where(np.isfinite(step) & (np.abs(error) > ROUNDING_RAD), step, 0.0)
             last, last_error = psi, error
             psi = psi - step
             error = excess(psi)

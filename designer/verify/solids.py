@@ -9,16 +9,29 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Protocol
 
 import numpy as np
 
-from designer.design import Design, Mirror
+from designer.design import Camera, Mirror
 from designer.trace.arrays import Array
 from designer.trace.instrument import BARREL, BODY, sag
 
 # Solids nearer than this count as touching.
 CONTACT_MM = 1e-9
 SECTION_SAMPLES = 257
+
+
+class Head(Protocol):
+    """A camera and the mirrors about it: a design, or anything else that has both."""
+
+    @property
+    def camera(self) -> Camera:
+        """The camera."""
+
+    @property
+    def mirrors(self) -> tuple[Mirror, ...]:
+        """The mirrors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +57,7 @@ class Section:
     bounds: Callable[[Array], tuple[Array, Array]]
 
 
-def find_rims(design: Design) -> Rims:
+def find_rims(design: Head) -> Rims:
     """The rims of every mirror's face and back, of the lens barrel and of the camera body."""
     points: list[tuple[float, float]] = []
     owners: list[int] = []
@@ -70,14 +83,14 @@ def find_rims(design: Design) -> Rims:
     return Rims(np.array(points), np.array(owners, dtype=np.intp), tuple(labels))
 
 
-def contact_problems(design: Design) -> list[str]:
+def contact_problems(design: Head) -> list[str]:
     """One sentence for each pair of solids that touch or penetrate each other."""
     *sections, barrel, body = solid_sections(design)
     pairs = [*combinations(sections, 2), *((section, solid) for section in sections for solid in (barrel, body))]
     return [problem for pair in pairs if (problem := contact(*pair)) is not None]
 
 
-def solid_sections(design: Design) -> list[Section]:
+def solid_sections(design: Head) -> list[Section]:
     """The substrate of every mirror, then the lens barrel and the camera body."""
     camera = design.camera
     seat = camera.lens_seat_mm

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from designer.design import VIEW_NAMES, Design
+from designer.design import VIEW_NAMES, Design, PerView
 from designer.evaluate.depth import depth_error_map, noise_mm_of, stereo_pair_of
 from designer.evaluate.housing import ELEVATIONS, blurs_mm, housing_mass_g, housing_score
 from designer.evaluate.score import evaluate_design
@@ -41,7 +41,7 @@ def test_the_uncorrected_bias_is_that_of_traced_points(name):
             path = instrument.path(plain.views.by_name[view].path)
             _, ahead = exit_lines(instrument, path, project(design, view, distances, heights))
             slopes[view] = ahead[1] / np.abs(ahead[0])
-        found, _ = triangulate(slopes["lower"], slopes["upper"], 0.0, design.baseline_mm)
+        found, _ = triangulate(PerView(**slopes), 0.0, design.baseline_mm)
         bias = found - predicted.distance_mm
         assert predicted.bias_mm == pytest.approx(bias[np.argmax(np.abs(bias))], rel=1e-5)
         errors = depth_error_map(

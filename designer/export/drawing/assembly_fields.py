@@ -10,26 +10,22 @@ from designer.export.drawing.fields import OPEN, Groups, exactly, lens_law
 from designer.export.housing_words import housing_material
 from designer.files import shortened
 from designer.housing import Tube
-from designer.typesetting.markup import cell, number
+from designer.typesetting.markup import number
 
 _DRAWN = {"upper": "blue, solid, to the right", "lower": "red, dashed, to the left"}
 
 
-def vertex_table(design: Design) -> str:
-    """Heights from what a person can touch, as Typst; those from the pinhole stand in the drawing."""
+def vertex_rows(design: Design) -> tuple[tuple[str, str, str], ...]:
+    """Heights of vertices above what a person can touch: lens front and lens seat."""
     camera = design.camera
-    rows = "".join(
-        "".join(
-            f"{cell(value)}, "
-            for value in (
-                f"V{index} {mirror.name}, faces {mirror.faces}",
-                number(mirror.vertex_mm - camera.lens_front_mm, 3),
-                number(mirror.vertex_mm - camera.lens_seat_mm, 3),
-            )
+    return tuple(
+        (
+            f"V{index} {mirror.name}, faces {mirror.faces}",
+            number(mirror.vertex_mm - camera.lens_front_mm, 3),
+            number(mirror.vertex_mm - camera.lens_seat_mm, 3),
         )
         for index, mirror in enumerate(design.mirrors, 1)
     )
-    return f"#heights(({rows}))\n"
 
 
 def assembly_groups(design: Design, tolerances: NamedTolerances | None = None) -> Groups:

@@ -15,7 +15,7 @@ from designer.evaluate.fabrication_notes import fabrication_notes_on
 from designer.evaluate.housing import DepthBias, housing_mass_g, housing_score
 from designer.export.assembly_name import ASSEMBLY
 from designer.export.drawing.fields import lens_law
-from designer.export.drawing.sheets import design_digest
+from designer.export.drawing.sheet import design_digest
 from designer.export.formats import EXPORTS, WITHOUT_DEPARTURES
 from designer.export.housing_words import housing_material
 from designer.housing import Tube

@@ -32,7 +32,7 @@ from designer.imaging.stereo.panorama import (
     view_images,
 )
 from designer.imaging.stereo.placement import Placement, ViewImage
-from designer.imaging.stereo.reconstruction import PointCloud, reconstruct, triangulate
+from designer.imaging.stereo.reconstruction import PointCloud, matched_slopes, reconstruct, triangulate
 from designer.imaging.stereo.traced_view import TracedViewImage, midpoints, traced_views
 from designer.optics.tube import wall_of
 
@@ -179,23 +179,16 @@ def _distances_of(
     """Distances (n,) in mm of pixels of the upper panorama, where disparity and baseline alone do not give them."""
     if rig.is_traced:
         return np.asarray(np.hypot(*points_of(rig, disparities, columns, rows)[:, :2].T))
-    slopes = slopes_of(rig, disparities, columns, rows)
-    return triangulate(*slopes, 0.0, rig.design.baseline_mm, wall_of(rig.design))[0]
+    slopes = matched_slopes(rig.grid, disparities, columns, rows)
+    return triangulate(slopes, 0.0, rig.design.baseline_mm, wall_of(rig.design))[0]
 
 
 def points_of(
     rig: StereoRig, disparities: NDArray[np.float32], columns: NDArray[np.intp], rows: NDArray[np.intp]
 ) -> Floats:
     """Where the traced rays behind pixels (n,) of the upper panorama and behind their matches meet: (n, 3) in mm."""
-    slope_lower, slope_upper = slopes_of(rig, disparities, columns, rows)
-    return midpoints(rig.images, slope_upper, slope_lower, rig.grid.azimuth(columns))
-
-
-def slopes_of(
-    rig: StereoRig, disparities: NDArray[np.float32], columns: NDArray[np.intp], rows: NDArray[np.intp]
-) -> tuple[Floats, Floats]:
-    """Slopes of the lower and the upper view's rays of pixels (n,) of the upper panorama and of their matches."""
-    return rig.grid.slope("lower", rows - disparities[columns, rows].astype(float)), rig.grid.slope("upper", rows)
+    slopes = matched_slopes(rig.grid, disparities, columns, rows)
+    return midpoints(rig.images, slopes, rig.grid.azimuth(columns))
 
 
 def point_cloud(

@@ -23,7 +23,7 @@ from designer.as_built.built import refuse_unbuildable
 from designer.as_built.parameters import values_of
 from designer.as_built.projection import linearise, project, targets_of
 from designer.departures import AsBuilt
-from designer.design import VIEW_NAMES, Design, ViewName
+from designer.design import VIEW_NAMES, Design, PerView, ViewName
 from designer.files import InputError
 from designer.imaging.stereo.placement import Floats, ViewImage, view_image
 
@@ -120,16 +120,13 @@ def traced_views(design: Design) -> dict[ViewName, ViewImage]:
     return {view: _traced_view(design, view) for view in VIEW_NAMES}
 
 
-def midpoints(
-    images: Mapping[ViewName, ViewImage], slope_upper: Floats, slope_lower: Floats, azimuth: Floats
-) -> NDArray[np.float64]:
+def midpoints(images: Mapping[ViewName, ViewImage], slopes: PerView[Floats], azimuth: Floats) -> NDArray[np.float64]:
     """The points (n, 3) in mm halfway between two traced rays where they are nearest; NaN where they part.
 
     Slopes and azimuth (n,) are those of the panoramas' rows and column.
     """
-    (start_u, ahead_u), (start_l, ahead_l) = (
-        _ray(image, slope, azimuth) for image, slope in ((images["upper"], slope_upper), (images["lower"], slope_lower))
-    )
+    start_u, ahead_u = _ray(images["upper"], slopes.upper, azimuth)
+    start_l, ahead_l = _ray(images["lower"], slopes.lower, azimuth)
     offset = start_l - start_u
     uu, ll, ul = (
         np.einsum("...i,...i", *pair) for pair in ((ahead_u, ahead_u), (ahead_l, ahead_l), (ahead_u, ahead_l))

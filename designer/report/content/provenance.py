@@ -1,4 +1,4 @@
-"""How a study was made, as the report's last section."""
+"""How a study was made, as a table of the report."""
 
 from __future__ import annotations
 

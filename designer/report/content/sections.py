@@ -12,6 +12,7 @@ from designer.evaluate.score import recorded_fabrication_notes
 from designer.goals import GOALS
 from designer.report.content.as_built import as_built
 from designer.report.content.check_section import check_heading, check_page, unchecked_line
+from designer.report.content.comparators import comparators
 from designer.report.content.design_facts import design_groups, winner_groups
 from designer.report.content.lens import lens_sentences, other_projections
 from designer.report.content.provenance import provenance
@@ -69,6 +70,7 @@ def source(study: Study, drawings: Drawings, note: str = "") -> str:
         ranking_section(study),
         paper(study),
         trade(study, drawings),
+        comparators(study, drawings),
         best_heading() if study.feasible else "",
         "\n#pagebreak(weak: true)\n".join(
             page(row, design, drawings) for row, design in study.best() for page in (design_page, lens_page)

@@ -17,6 +17,7 @@ from designer.evaluate.focus import focus_score
 from designer.evaluate.score import recorded_fabrication_notes
 from designer.report.figures.blur import draw_blur
 from designer.report.figures.check import draw_check_errors, draw_check_maps, draw_floor_plan, plan_title, raw_svg
+from designer.report.figures.comparators import draw_comparators
 from designer.report.figures.cross_section import draw_cross_section
 from designer.report.figures.depth_error import draw_depth_error
 from designer.report.figures.depth_map import draw_depth_map
@@ -41,6 +42,7 @@ PAGE_DRAWING, PAGE_PANEL = "drawing on a design's page", "panel on a design's pa
 CHECK_TOP, CHECK_WIDE, CHECK_BOTTOM = "first row of a check", "across a check's page", "last row of a check"
 LENS_WIDE, LENS_PANEL = "across a design's second page", "panel on a design's second page"
 TRADE = "trade-offs"
+COMPARED = "what else could be built"
 AS_BUILT = "sensors as built"
 TRADE_HEIGHT_MM = 57.0
 """Height of a plot across a page, three of which fill it."""
@@ -117,6 +119,13 @@ def _pareto(column: str) -> Callable[[Study, float, float], DrawnFigure | None]:
         )
 
     return draw
+
+
+def _comparators(study: Study, width_mm: float, height_mm: float) -> DrawnFigure | None:
+    if not any(row.has_numbers for row in study.comparators):
+        return None
+    envelope = {column: _allowed(study, column) or 0.0 for column in ("height_mm", "diameter_mm")}
+    return DrawnFigure(svg_bytes(draw_comparators(study.feasible, study.comparators, envelope, width_mm, height_mm)))
 
 
 def _yield_curves(study: Study, width_mm: float, height_mm: float) -> DrawnFigure | None:
@@ -237,6 +246,16 @@ STUDY_FIGURES: tuple[ReportFigure[Study], ...] = (
     ReportFigure("fronts-height", TRADE, (165.0, TRADE_HEIGHT_MM), _pareto("height_mm"), _pareto_caption("height_mm")),
     ReportFigure(
         "fronts-diameter", TRADE, (165.0, TRADE_HEIGHT_MM), _pareto("diameter_mm"), _pareto_caption("diameter_mm")
+    ),
+    ReportFigure(
+        "trade-comparators",
+        COMPARED,
+        (165.0, 70.0),
+        _comparators,
+        _always(
+            "Depth error against height and diameter: the feasible designs of the 44, and what else could be built. An "
+            "idea whose mark is white inside does not fit into the envelope."
+        ),
     ),
     ReportFigure(
         "yield-curves",

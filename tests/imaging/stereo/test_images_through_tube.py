@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from designer.departures import AsBuilt, CameraDeparture, MirrorDeparture
-from designer.design import VIEW_NAMES
+from designer.design import VIEW_NAMES, PerView
 from designer.files import InputError
 from designer.imaging.render.dots import project_points, render_dots
 from designer.imaging.render.sensor import sensor_of
@@ -43,9 +43,7 @@ def test_points_lie_where_traced_rays_come_from_and_are_found_again(name):
         slopes[view], azimuth = image.direction_of(*predicted.T)
         turned = np.remainder(azimuth - np.arctan2(points[:, 1], points[:, 0]) + np.pi, 2.0 * np.pi) - np.pi
         assert np.abs(turned).max() < 1e-9
-    found, height = triangulate(
-        slopes["lower"], slopes["upper"], design.views.lower.viewpoint_mm, design.baseline_mm, wall_of(design)
-    )
+    found, height = triangulate(PerView(**slopes), design.views.lower.viewpoint_mm, design.baseline_mm, wall_of(design))
     np.testing.assert_allclose(found, distance, rtol=1e-10)
     np.testing.assert_allclose(height, points[:, 2], rtol=0.0, atol=1e-7)
 
