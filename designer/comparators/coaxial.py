@@ -176,3 +176,9 @@ def spares_of_size(asked: Asked, built: Coaxial) -> list[float]:
         asked.requirement.envelope.height_mm - built.height_mm,
         asked.requirement.envelope.diameter_mm - built.diameter_mm,
     ]
+
+
+def spares_of_baseline(asked: Asked, baseline: float) -> list[float]:
+    """What is left of the bounds of a baseline that follows from other variables; both may be the same."""
+    least, greatest = asked.baselines
+    return [baseline - least + 2.0 * SPARE, greatest - baseline + 2.0 * SPARE]

@@ -24,6 +24,7 @@ from designer.comparators.coaxial import (
     error_of,
     one_camera,
     spare_between_zones,
+    spares_of_baseline,
     spares_of_size,
     spares_of_view,
 )
@@ -87,7 +88,7 @@ def _measure(asked: Asked, values: Array) -> Measured[Coaxial] | None:
         zones["upper"].reach(faces["upper"])[0] - margin - border,
         passes_below(zones["lower"], rims[rims[:, 0] > border + margin]) - keep,
         *(passes_above(zone, camera_rims(camera)) - keep for zone in zones.values()),
-        asked.baselines[1] - built.baseline_mm,
+        *spares_of_baseline(asked, built.baseline_mm),
         *spares_of_size(asked, built),
     ]
     return Measured(built, error_of(asked, built.rig), built.height_mm, built.diameter_mm, all_of(spares))

@@ -21,7 +21,7 @@ from functools import partial
 import numpy as np
 
 from designer.comparators.asked import Asked
-from designer.comparators.coaxial import SPARE, TENTHS_OF_A_DEGREE, UNBOUNDED, error_of
+from designer.comparators.coaxial import SPARE, TENTHS_OF_A_DEGREE, UNBOUNDED, error_of, spares_of_baseline
 from designer.comparators.errors import Azimuth, Rig
 from designer.comparators.head import camera_with
 from designer.comparators.planar_view import Flat, PlanarView
@@ -276,8 +276,7 @@ def _measure(asked: Asked, upper_side: float, values: Array) -> Measured[Planar]
             for plate, beam in zip(built.plates, built.beams, strict=True)
         ),
         *(distance - asked.requirement.manufacture.clearance_mm for distance in free),
-        built.baseline_mm - asked.baselines[0],
-        asked.baselines[1] - built.baseline_mm,
+        *spares_of_baseline(asked, built.baseline_mm),
         asked.requirement.envelope.height_mm - built.height_mm,
         asked.requirement.envelope.diameter_mm - built.diameter_mm,
         # Off its axis a camera counts, since it stands out sideways.
