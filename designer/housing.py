@@ -130,7 +130,7 @@ class Struts(HousingPart):
 def _kind(value: object) -> str | None:
     kind = value.get("kind") if isinstance(value, Mapping) else getattr(value, "kind", None)
     # In parentheses: a tag, and no key of the file.
-    return f"({kind})" if kind in {"tube", "struts"} else None
+    return f"({kind})" if kind in ("tube", "struts") else None
 
 
 Housing = Annotated[

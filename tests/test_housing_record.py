@@ -28,6 +28,7 @@ def test_a_file_without_a_housing_stays_as_it_was():
     [
         ({**TUBE, "kind": "glass"}, 'housing: must be a table whose kind is "tube" or "struts"'),
         ("tube", "housing = 'tube': must be a table"),
+        ({**TUBE, "kind": []}, "housing: must be a table whose kind is"),
         ({**TUBE, "wall_mm": 0.0}, "housing.wall_mm = 0.0: must be greater than 0"),
         ({**TUBE, "wall_mm": "3"}, "housing.wall_mm = '3'"),
         ({**TUBE, "refractive_index": 15.0}, "housing.refractive_index = 15.0: must be less than or equal to 2.5"),

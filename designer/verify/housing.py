@@ -26,7 +26,9 @@ END_TOLERANCE_MM = 1e-3
 
 
 def housing_problems(design: Design, instrument: Instrument, views: Mapping[ViewName, View]) -> list[str]:
-    """One sentence for each solid that the housing touches, and each view whose asked light passes an end of a tube.
+    """One sentence for each solid that a housing touches, and each view whose asked light passes an end of a tube.
+
+    Others for mirrors that stand outside, and for a working volume that begins within.
 
     ``views`` are the views by name, with the elevations that are asked of them.
     """
@@ -46,6 +48,12 @@ def housing_problems(design: Design, instrument: Instrument, views: Mapping[View
         for mirror in design.mirrors
         if mirror.outer_radius_mm > housing.inner_radius_mm and not any(mirror.name in said for said in problems)
     ]
+    nearest = design.working_volume.distance_mm[0]
+    if nearest < housing.outer_radius_mm:
+        problems.append(
+            f"the working volume begins {nearest:.4g} mm from the axis, within the {housing.kind} "
+            f"({housing.outer_radius_mm:.4g} mm)"
+        )
     if isinstance(housing, Tube):
         for name, view in views.items():
             problems += _end_problems(design, instrument, housing, name, view)

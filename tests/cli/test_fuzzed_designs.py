@@ -15,17 +15,20 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from designer.cli import cli
-from designer.design import Design
+from designer.design import Design, design_to_json
 from designer.evaluate.fabrication import mirror_shape
 from designer.export.formats import EXPORTS
 from designer.extras import is_installed
 from support import DATA
+from support.housings import with_struts, with_tube
+from support.imaging_designs import prototype
 
 Key = str | int
 DESIGNS: list[dict[str, Any]] = [
     json.loads((DATA / "folded_hypl_hy.json").read_text(encoding="utf-8")),
     json.loads((DATA / "jaramillo_2016.json").read_text(encoding="utf-8")),
     *json.loads((DATA / "studied_designs.json").read_text(encoding="utf-8")),
+    *(json.loads(design_to_json(housed(prototype()))) for housed in (with_tube, with_struts)),
 ]
 EXTREMES: list[object] = [
     *(

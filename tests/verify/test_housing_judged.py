@@ -43,6 +43,13 @@ def test_a_tube_that_touches_is_refused():
     assert any(f"{widest.name} reaches to radius" in each for each in said)
 
 
+def test_a_working_volume_within_the_housing_is_refused():
+    design = with_tube(prototype())
+    volume = design.working_volume.model_copy(update={"distance_mm": (20.0, 5000.0)})
+    said = judge(design.model_copy(update={"working_volume": volume})).problems
+    assert any("begins 20 mm from the axis, within the tube" in each for each in said)
+
+
 def test_struts_in_the_camera_are_refused():
     said = problems_of(with_struts(prototype()), low_mm=-90.0, radius_mm=21.0)
     assert any("struts and camera body penetrate" in each for each in said)

@@ -81,7 +81,7 @@ def test_departures_do_the_same_behind_a_wall(name):
         slopes = {
             view: view_image(each, view).direction_of(*traced_pixels(built, view, points).T)[0] for view in VIEW_NAMES
         }
-        found, _ = triangulate(slopes["lower"], slopes["upper"], 0.0, each.baseline_mm, wall_of(each))
+        found, _ = triangulate(PerView(**slopes), 0.0, each.baseline_mm, wall_of(each))
         biases.append(found / distance - 1.0)
     departed, through_wall = biases
     assert np.sqrt(np.mean(departed**2)) > 1e-3
