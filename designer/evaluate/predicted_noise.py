@@ -10,7 +10,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from designer.evaluate.depth import NoiseModel, StereoPair
-from designer.evaluate.noise import Exposure, ImagePoint, Light, Matching, Texture, matching_noise
+from designer.evaluate.noise import (
+    Exposure,
+    ImagePoint,
+    Light,
+    Matching,
+    SurfaceSeen,
+    Texture,
+    matching_noise,
+    seen_on_surface,
+)
 from designer.optics.backend import Scalar, sqrt
 from designer.optics.focus import Lens, LightPath, chief_ray, reciprocal_along_ray, reciprocal_image_depth
 from designer.optics.illumination import relative_illumination
@@ -67,12 +76,28 @@ def sharp_noise_model(conditions: Conditions, pair: StereoPair, f_number: Scalar
     return _noise_model(conditions, pair, f_number, lambda view, slope, distance: 0.0)
 
 
-def _noise_model(
+def seen_through(
+    conditions: Conditions, pair: StereoPair, lens: Lens, light: Mapping[str, LightPath]
+) -> Callable[[Scalar, Scalar, Scalar], SurfaceSeen]:
+    """What the noise of :func:`noise_model` is predicted from, at the lower and the upper slope and a distance."""
+
+    def defocus(view: str, slope: Scalar, distance: Scalar) -> Scalar:
+        ray = chief_ray(light[view], slope)
+        return lens.blur(reciprocal_image_depth(ray, reciprocal_along_ray(slope, distance)))
+
+    exposure, image_point = _imaging(conditions, pair, lens.f_number, defocus)
+
+    def seen_at(lower: Scalar, upper: Scalar, distance: Scalar) -> SurfaceSeen:
+        points = image_point("upper", upper, distance), image_point("lower", lower, distance)
+        return seen_on_surface(*points, distance, conditions.light, exposure, conditions.matching)
+
+    return seen_at
+
+
+def _imaging(
     conditions: Conditions, pair: StereoPair, f_number: Scalar, defocus: Callable[[str, Scalar, Scalar], Scalar]
-) -> Scalar | NoiseModel:
-    if isinstance(conditions.predicted_share, float) and conditions.predicted_share == 0.0:
-        return conditions.constant
-    exposure = Exposure(conditions.pixel_pitch, f_number, wavelength=conditions.wavelength)
+) -> tuple[Exposure, Callable[[str, Scalar, Scalar], ImagePoint]]:
+    """The exposure of both views, and where and how a view images a point at a slope and a distance."""
     views = {
         "lower": (pair.gain_lower, pair.sense_lower),
         "upper": (pair.gain_upper, pair.sense_upper),
@@ -94,6 +119,16 @@ def _noise_model(
             relative_illumination(cosine, REFLECTIONS[sense], conditions.mirror_reflectivity, along * across),
             None if law.is_perspective else (along, across),
         )
+
+    return Exposure(conditions.pixel_pitch, f_number, wavelength=conditions.wavelength), image_point
+
+
+def _noise_model(
+    conditions: Conditions, pair: StereoPair, f_number: Scalar, defocus: Callable[[str, Scalar, Scalar], Scalar]
+) -> Scalar | NoiseModel:
+    if isinstance(conditions.predicted_share, float) and conditions.predicted_share == 0.0:
+        return conditions.constant
+    exposure, image_point = _imaging(conditions, pair, f_number, defocus)
 
     def noise_at(lower: Scalar, upper: Scalar, distance: Scalar) -> tuple[Scalar, Scalar]:
         of_upper, of_lower = matching_noise(
