@@ -1,0 +1,107 @@
+"""Branch and bound over boxes of designs: a lower bound of the score, or that no design keeps the rules."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from designer.certify.boxes import examine
+from designer.optimise.operations import Statement
+
+Array = NDArray[np.float64]
+
+# As much as a design may miss a rule by, and is still called feasible (multistart.LARGEST_VIOLATION).
+TOLERANCE = 1e-6
+BOXES_AT_ONCE = 1024
+# With fewer open boxes than this memory is no matter; the best are cut first, which raises the bound.
+MOST_OPEN_BOXES = 2_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What branch and bound came to.
+
+    ``bound`` is a lower bound of the score: the target, if no box is left, infinite without one. ``is_complete`` tells
+    that no box is left, ``boxes`` how many were examined, ``seconds`` the processor's time. ``left`` are the middles of
+    the open boxes of least bound, shape (boxes, variables).
+    """
+
+    bound: float
+    is_complete: bool
+    boxes: int
+    seconds: float
+    left: Array
+
+
+def bound_score(statement: Statement, target: float, seconds: float) -> Outcome:
+    """Bound the score of a statement from below, until it reaches the target or the time is over.
+
+    Parameters
+    ----------
+    target
+        Boxes are left as soon as their score is at least this; infinite to ask for the rules alone.
+    seconds
+        Processor time.
+    """
+    rules, score = statement.rules, statement.score
+    allowed = np.stack(
+        [
+            np.full(len(statement.kinds), -TOLERANCE),
+            np.where(statement.is_equality, TOLERANCE, np.inf),
+        ]
+    )
+    least, greatest = statement.low[None].copy(), statement.high[None].copy()
+    bounds, examined = np.zeros(1), 0
+    widths = np.maximum(statement.high - statement.low, 1e-300)
+    of_rules = (rules.codes, rules.first, rules.second, rules.constants, rules.results, allowed)
+    of_score = (score.codes, score.first, score.second, score.constants, score.results)
+    start: float | None = None
+    while len(bounds) and (start is None or time.process_time() - start < seconds):
+        taken = _most_urgent(bounds)
+        low, high, values = least[taken], greatest[taken], bounds[taken]
+        cuts = np.empty(len(values), dtype=np.int64)
+        examine(low, high, values, cuts, *of_rules, *of_score, statement.weights, statement.texture, target, widths, True)
+        if start is None:  # compiling does not count
+            start = time.process_time()
+            if cuts[0] >= 0:
+                widths = np.maximum(high[0] - low[0], 1e-300)
+        examined += len(values)
+        open_ones = np.ones(len(bounds), dtype=bool)
+        open_ones[taken] = False
+        halves = _halves(low, high, values, cuts)
+        least = np.concatenate([least[open_ones], halves[0]])
+        greatest = np.concatenate([greatest[open_ones], halves[1]])
+        bounds = np.concatenate([bounds[open_ones], halves[2]])
+        if len(bounds) > MOST_OPEN_BOXES:
+            break
+    best = np.argsort(bounds)[:8]
+    return Outcome(
+        float(bounds.min()) if len(bounds) else target,
+        not len(bounds),
+        examined,
+        time.process_time() - (start or time.process_time()),
+        (least[best] + greatest[best]) / 2.0,
+    )
+
+
+def _most_urgent(bounds: Array) -> NDArray[np.intp]:
+    count = min(BOXES_AT_ONCE, len(bounds))
+    return np.argpartition(bounds, count - 1)[:count]
+
+
+def _halves(low: Array, high: Array, values: Array, cuts: NDArray[np.int64]) -> tuple[Array, Array, Array]:
+    """Both halves of every box that is to be cut."""
+    kept = cuts >= 0
+    low, high, values, cuts = low[kept], high[kept], values[kept], cuts[kept]
+    rows = np.arange(len(values))
+    middle = 0.5 * low[rows, cuts] + 0.5 * high[rows, cuts]
+    upper_low, lower_high = low.copy(), high.copy()
+    upper_low[rows, cuts] = lower_high[rows, cuts] = middle
+    return (
+        np.concatenate([low, upper_low]),
+        np.concatenate([lower_high, high]),
+        np.concatenate([values, values]),
+    )
