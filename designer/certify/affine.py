@@ -103,7 +103,7 @@ def _line(function, a, b):
     return True, slope, least, greatest
 
 
-@njit(**COMPILED)
+@njit(inline="always", **COMPILED)
 def _sum(centres, slopes, errors, k, i, j, sign):
     centre = centres[i] + sign * centres[j]
     size = abs(centre)
@@ -113,7 +113,7 @@ def _sum(centres, slopes, errors, k, i, j, sign):
     return centre, (errors[i] + errors[j]) * (1.0 + ROUNDING) + ROUNDING * size
 
 
-@njit(**COMPILED)
+@njit(inline="always", **COMPILED)
 def _product(centres, slopes, errors, k, i, j, factor, centre, error):
     """The product of form i with the form of given centre and error whose slopes are ``factor`` times those of j."""
     reach_i, reach_j, both, size = errors[i], error, 0.0, 0.0
@@ -130,7 +130,7 @@ def _product(centres, slopes, errors, k, i, j, factor, centre, error):
     return centres[i] * centre + 0.5 * both, rest * (1.0 + ROUNDING) + rounding
 
 
-@njit(**COMPILED)
+@njit(inline="always", **COMPILED)
 def _larger(centres, slopes, errors, low, high, k, i, j, sign):
     """The larger (sign +1) or the smaller (-1) of two forms."""
     count = slopes.shape[1]
@@ -159,7 +159,7 @@ def _larger(centres, slopes, errors, low, high, k, i, j, sign):
     return centre, error + 0.5 * rest * (1.0 + ROUNDING) + 2.0 * ROUNDING * size
 
 
-@njit(**COMPILED)
+@njit(inline="always", **COMPILED)
 def _bent(code, centres, slopes, errors, low, high, k, i, j):
     """A function of one form, or the quotient of two."""
     of = j if code == DIV else i
@@ -179,7 +179,7 @@ def _bent(code, centres, slopes, errors, low, high, k, i, j):
     return centre, error
 
 
-@njit(**COMPILED)
+@njit(inline="always", **COMPILED)
 def _form(code, centres, slopes, errors, low, high, k, i, j):
     """Centre and error of one operation, its slopes put in place; an infinite error where there is no form."""
     if code in (ADD, SUB):
@@ -201,7 +201,7 @@ def _form(code, centres, slopes, errors, low, high, k, i, j):
     return 0.0, INFINITE  # comparisons, and what they leave open
 
 
-@njit(**COMPILED)
+@njit(inline="always", **COMPILED)
 def _settle(centres, slopes, errors, low, high, k):
     """Let form and range of one operation tighten each other; False if nothing is left."""
     count = slopes.shape[1]

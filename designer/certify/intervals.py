@@ -149,7 +149,7 @@ def evaluate(codes, first, second, constants, low, high, least, greatest):
         high[k] = INFINITE if math.isnan(y) else y
 
 
-@njit(**COMPILED)
+@njit(inline="always", **COMPILED)
 def _meet(low, high, k, x, y):
     if x > low[k]:
         low[k] = x
@@ -157,7 +157,7 @@ def _meet(low, high, k, x, y):
         high[k] = y
 
 
-@njit(**COMPILED)
+@njit(inline="always", **COMPILED)
 def _narrow_square(low, high, i, x, y):
     """Narrow an operand from the range of its square."""
     root, least = above(math.sqrt(y)), max(below(math.sqrt(max(x, 0.0))), 0.0)
@@ -169,16 +169,18 @@ def _narrow_square(low, high, i, x, y):
         _meet(low, high, i, -root, root)
 
 
-@njit(**COMPILED)
+@njit(inline="always", **COMPILED)
 def _narrow_factors(low, high, i, j, x, y):
     """Narrow both factors from the range of their product."""
-    for one, other in ((i, j), (j, i)):
-        if low[other] > 0.0 or high[other] < 0.0:
-            u, v = quotient(x, y, low[other], high[other])
-            _meet(low, high, one, u, v)
+    if low[j] > 0.0 or high[j] < 0.0:
+        u, v = quotient(x, y, low[j], high[j])
+        _meet(low, high, i, u, v)
+    if low[i] > 0.0 or high[i] < 0.0:
+        u, v = quotient(x, y, low[i], high[i])
+        _meet(low, high, j, u, v)
 
 
-@njit(**COMPILED)
+@njit(inline="always", **COMPILED)
 def _narrow_ratio(low, high, i, j, x, y):
     """Narrow dividend and divisor from the range of their quotient."""
     if low[j] > 0.0 or high[j] < 0.0:
