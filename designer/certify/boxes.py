@@ -16,6 +16,8 @@ from designer.certify.score_bound import least_score
 # Propagation goes on while it leaves less than this share of a box, at most so often.
 WORTH_ANOTHER_ROUND = 0.6
 MOST_ROUNDS = 4
+# The score's affine forms are found where its ranges come this near to the target.
+WORTH_FORMS = 0.95
 SWEEPS = 3
 
 
@@ -128,7 +130,7 @@ def _where_to_cut(results, allowed, centres, slopes, errors, least, greatest, wi
                 shares[t] += abs(slopes[k, t]) / total
     best, most = 0, -1.0
     for t in range(least.size):
-        value = 0.5 * (greatest[t] - least[t]) / widths[t] + 0.5 * shares[t] / max(undecided, 1)
+        value = (greatest[t] - least[t]) / widths[t] + 0.1 * shares[t] / max(undecided, 1)
         if greatest[t] > least[t] and value > most:
             best, most = t, value
     return best
@@ -155,7 +157,6 @@ def examine(
     texture,
     target,
     widths,
-    is_sharp,
 ):
     """Examine boxes in place: narrow each, raise its bound, and note along which variable to cut it.
 
@@ -171,8 +172,6 @@ def examine(
         The least and the greatest that each rule may be, shape (2, rules).
     target
         A box whose score is at least this is left; infinite where only the rules count.
-    is_sharp
-        Whether the score's affine forms are worth their time.
     """
     size, score_size, count = codes.size, score_codes.size, least.shape[1]
     low, high, centres, errors = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
@@ -199,7 +198,7 @@ def examine(
             score = least_score(
                 score_low, score_high, score_results, weights, texture[0], texture[1], texture[2]
             )
-            if score < target and is_sharp:
+            if WORTH_FORMS * target < score < target:
                 if not form_all(
                     score_codes,
                     score_first,

@@ -22,14 +22,15 @@ from designer.optimise.operations import NODE_ROWS
 ROWS = len(NODE_ROWS)
 # The variances in G are at most so many times those in S: then G / S^2 grows with both (docs/certify.md).
 MOST_RATIO = 3.9
+# From here on G(3 y) / G(y)^2 grows with y, times the squared finest wave number.
+BLURRED = 1.1
 # Off every sum, for the rounding of some hundred operations.
 SAFETY = 1.0 - 1e-12
 
 
 @njit(**COMPILED)
-def gradient_energy(along, across, contrast, fine, coarse):
-    """The texture's gradient energy after blur of these variances, mm^2: noise.texture_gradient_energy."""
-    squared = 0.5 * (along + math.sqrt(along * across))
+def gradient_energy(squared, contrast, fine, coarse):
+    """The texture's gradient energy: noise.texture_gradient_energy, with a (a + b) / 2 of both blurs in mm^2."""
     lost = 0.0
     for sign, number in ((1.0, fine), (-1.0, coarse)):
         y = number * squared
@@ -45,16 +46,23 @@ def _match(low, high, at, contrast, fine, coarse):
     if not (along > 0.0 and across > 0.0):
         return 0.0
     wider, most_template, most_across = along + 0.5 * template, high[at[5]], across + high[at[4]]
-    energy = gradient_energy(wider, across, contrast, fine, coarse)
-    if not (energy > 0.0 and most_across <= MOST_RATIO * across):
+    squared = 0.5 * (wider + math.sqrt(wider * across))
+    energy = gradient_energy(squared, contrast, fine, coarse)
+    if not energy > 0.0:
         return 0.0
+    # Whatever is added to the blur, G is at least this.
+    floor = gradient_energy(3.0 * squared, contrast, fine, coarse) if fine * squared > BLURRED else 0.0
     total = 0.0
     for view in (0, 1):
         most_along = along + most_template + high[at[2 + view]]
-        if most_along <= MOST_RATIO * wider:
-            total += max(low[at[6 + view]], 0.0) * gradient_energy(most_along, most_across, contrast, fine, coarse)
-        weight = gradient_energy(along + most_template, across, contrast, fine, coarse)
-        total += max(low[at[8 + view]], 0.0) * weight
+        smoothed = floor
+        if most_along <= MOST_RATIO * wider and most_across <= MOST_RATIO * across:
+            mixed = 0.5 * (most_along + math.sqrt(most_along * most_across))
+            smoothed = max(smoothed, gradient_energy(mixed, contrast, fine, coarse))
+        total += max(low[at[6 + view]], 0.0) * smoothed
+        most_along = along + most_template
+        mixed = 0.5 * (most_along + math.sqrt(most_along * across))
+        total += max(low[at[8 + view]], 0.0) * gradient_energy(mixed, contrast, fine, coarse)
     return max(low[at[10]], 0.0) * total / (energy * energy)
 
 
