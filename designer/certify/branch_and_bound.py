@@ -28,15 +28,14 @@ class Outcome:
     """What branch and bound came to.
 
     ``bound`` is a lower bound of the score: the target, if no box is left, infinite without one. ``is_complete`` tells
-    that no box is left, ``boxes`` how many were examined, ``seconds`` the processor's time. ``left`` are the middles of
-    the open boxes of least bound, shape (boxes, variables).
+    that no box is left; ``boxes`` were examined, ``open_boxes`` are left, in ``seconds`` of processor time.
     """
 
     bound: float
     is_complete: bool
     boxes: int
+    open_boxes: int
     seconds: float
-    left: Array
 
 
 def bound_score(statement: Statement, target: float, seconds: float) -> Outcome:
@@ -84,13 +83,12 @@ def bound_score(statement: Statement, target: float, seconds: float) -> Outcome:
         bounds = np.concatenate([bounds[open_ones], halves[2]])
         if len(bounds) > MOST_OPEN_BOXES:
             break
-    best = np.argsort(bounds)[:8]
     return Outcome(
         float(bounds.min()) if len(bounds) else target,
         not len(bounds),
         examined,
+        len(bounds),
         time.process_time() - start,
-        (least[best] + greatest[best]) / 2.0,
     )
 
 
