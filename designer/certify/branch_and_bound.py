@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 # As much as a design may miss a rule by, and is still called feasible (multistart.LARGEST_VIOLATION).
 TOLERANCE = 1e-6
 BOXES_AT_ONCE = 1024
+# Where the rules alone count, any stop and any focus may do: they are cut when others are narrow.
+SELDOM_CUT = {"f_number": 16.0, "reciprocal_focus": 8.0}
 SHAVINGS = 6
 OCTAVE = float(np.log(2.0))
 # With fewer open boxes than this memory is no matter; the best are cut first, which raises the bound.
@@ -70,6 +72,8 @@ def bound_score(statement: Statement, target: float, seconds: float) -> Outcome:
     start = time.process_time()
     _shave(run, least, greatest)
     widths = np.maximum(greatest[0] - least[0], 1e-300)
+    if not np.isfinite(target):
+        widths = widths * np.array([SELDOM_CUT.get(name, 1.0) for name in statement.variables])
     while len(bounds) and time.process_time() - start < seconds:
         taken = _most_urgent(bounds)
         low, high, values = least[taken], greatest[taken], bounds[taken]

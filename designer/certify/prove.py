@@ -138,7 +138,7 @@ def _without(
     for branch in branches:
         problem = loosened(branch.problem, requirement, branch.lens, keys)
         left = seconds - (time.process_time() - start)
-        outcome = bound_score(state(problem, kinds_of(keys)), float("inf"), left)
+        outcome = bound_score(state(problem, kinds_of(keys), is_any_stop=True), float("inf"), left)
         yield outcome
         if not outcome.is_complete:
             return

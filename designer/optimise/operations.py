@@ -93,8 +93,12 @@ class Statement:
     texture: Array
 
 
-def state(problem: Problem, dropped: Collection[str] = ()) -> Statement:
-    """What is to be proved about a problem, without the rules of the kinds ``dropped``."""
+def state(problem: Problem, dropped: Collection[str] = (), *, is_any_stop: bool = False) -> Statement:
+    """What is to be proved about a problem, without the rules of the kinds ``dropped``.
+
+    With ``is_any_stop`` two blurs are compared at the smallest stop alone, where they are least: that rule then holds
+    or fails for every stop at once, which is what a proof of a conflict wants.
+    """
     free = _free_variables(problem)
     symbols = casadi.SX.sym("variables", len(free))
     values = with_principal_distance(
@@ -107,7 +111,7 @@ def state(problem: Problem, dropped: Collection[str] = ()) -> Statement:
     )
     loose = put_together(problem.variant, values, problem.specification)
     system = replace(loose, values=values | enclosure(loose.layout, problem.specification))
-    rules = [rule for rule in _rules(problem, system) if rule[0] not in dropped]
+    rules = [rule for rule in _rules(problem, system, is_any_stop) if rule[0] not in dropped]
     ends = [_range(problem, name) for name in free]
     rows, weights = _score(system)
     contrast, fine, coarse = _texture(system)
@@ -143,7 +147,7 @@ def _range(problem: Problem, name: str) -> tuple[float, float]:
     return min(ends), max(ends)
 
 
-def _rules(problem: Problem, system: System) -> list[tuple[str, str, Any, bool]]:
+def _rules(problem: Problem, system: System, is_any_stop: bool) -> list[tuple[str, str, Any, bool]]:
     """Kind, name, scaled value and whether it is an equality, of every rule that a proof knows."""
     rules = [
         (each.kind, each.name, each.value / each.scale, each.equality)
@@ -151,7 +155,8 @@ def _rules(problem: Problem, system: System) -> list[tuple[str, str, Any, bool]]
         # What encloses the mirrors is put where they end.
         if each.kind != "encloses"
     ]
-    rules += [("blur", name, value, False) for name, value in _blurs_in_pairs(system)]
+    f_number = problem.bounds["f_number"].high if is_any_stop else system.values["f_number"]
+    rules += [("blur", name, value, False) for name, value in _blurs_in_pairs(system, f_number)]
     pairs = pair_up(system.layout)
     for name, (leg, solid) in zip(pairs.names, pairs.leg_solid, strict=False):
         if _is_beside(pairs.legs[leg], pairs.solids[solid]):
@@ -160,12 +165,12 @@ def _rules(problem: Problem, system: System) -> list[tuple[str, str, Any, bool]]
     return [rule for rule in rules if not isinstance(rule[2], float)]
 
 
-def _blurs_in_pairs(system: System) -> list[tuple[str, Any]]:
+def _blurs_in_pairs(system: System, f_number: Scalar) -> list[tuple[str, Any]]:
     """That two virtual images lie no farther apart than both blurs allow: follows from both, for any focus."""
     asked = system.specification
     if not asked.law.is_perspective:
         return []
-    width = system.lens.pupil_diameter * system.values["principal_distance"]
+    width = replace(system.lens, f_number=f_number).pupil_diameter * system.values["principal_distance"]
     ends = [blur for blur in system.blurs if blur.place != 1]
     limits = [minimum(asked.largest_blur, asked.largest_blur_angle * blur.image_scale) for blur in ends]
     rows = []
