@@ -10,12 +10,9 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from designer.certify.intervals import (
     ADD,
     ATAN,
-    COMPILED,
     CONST,
     DIV,
     EXP,
@@ -32,6 +29,8 @@ from designer.certify.intervals import (
     SQRT,
     SUB,
     above,
+    compiled,
+    inlined,
 )
 
 # More than all rounding errors of one operation on a form of a dozen numbers, relative.
@@ -39,16 +38,16 @@ ROUNDING = 2.0**-46
 HUGE = 1e300
 
 
-@njit(**COMPILED)
+@compiled
 def _enclosed(function, slope, a, b, touch):
-    """The least and the greatest of f(x) - slope x over [a, b], for a convex or concave f of that slope at ``touch``."""
+    """The range of f(x) - slope x over [a, b], for a convex or concave f of that slope at ``touch``."""
     value_a, value_b = _value(function, a), _value(function, b)
     at_a, at_b, between = value_a - slope * a, value_b - slope * b, _value(function, touch) - slope * touch
     padding = ROUNDING * (abs(value_a) + abs(value_b) + abs(slope) * max(abs(a), abs(b)))
     return min(at_a, at_b, between) - padding, max(at_a, at_b, between) + padding
 
 
-@njit(**COMPILED)
+@compiled
 def _value(function, x):
     if function == INV:
         return 1.0 / x
@@ -59,7 +58,7 @@ def _value(function, x):
     return math.exp(x)
 
 
-@njit(**COMPILED)
+@compiled
 def _line(function, a, b):
     """Slope and range of the rest of a straight line beside a function over [a, b]; False where there is none."""
     if function == INV:
@@ -103,7 +102,7 @@ def _line(function, a, b):
     return True, slope, least, greatest
 
 
-@njit(inline="always", **COMPILED)
+@inlined
 def _sum(centres, slopes, errors, k, i, j, sign):
     centre = centres[i] + sign * centres[j]
     size = abs(centre)
@@ -113,7 +112,7 @@ def _sum(centres, slopes, errors, k, i, j, sign):
     return centre, (errors[i] + errors[j]) * (1.0 + ROUNDING) + ROUNDING * size
 
 
-@njit(inline="always", **COMPILED)
+@inlined
 def _product(centres, slopes, errors, k, i, j, factor, centre, error):
     """The product of form i with the form of given centre and error whose slopes are ``factor`` times those of j."""
     reach_i, reach_j, both, size = errors[i], error, 0.0, 0.0
@@ -130,7 +129,7 @@ def _product(centres, slopes, errors, k, i, j, factor, centre, error):
     return centres[i] * centre + 0.5 * both, rest * (1.0 + ROUNDING) + rounding
 
 
-@njit(inline="always", **COMPILED)
+@inlined
 def _larger(centres, slopes, errors, low, high, k, i, j, sign):
     """The larger (sign +1) or the smaller (-1) of two forms."""
     count = slopes.shape[1]
@@ -159,7 +158,7 @@ def _larger(centres, slopes, errors, low, high, k, i, j, sign):
     return centre, error + 0.5 * rest * (1.0 + ROUNDING) + 2.0 * ROUNDING * size
 
 
-@njit(inline="always", **COMPILED)
+@inlined
 def _bent(code, centres, slopes, errors, low, high, k, i, j):
     """A function of one form, or the quotient of two."""
     of = j if code == DIV else i
@@ -179,7 +178,7 @@ def _bent(code, centres, slopes, errors, low, high, k, i, j):
     return centre, error
 
 
-@njit(inline="always", **COMPILED)
+@inlined
 def _form(code, centres, slopes, errors, low, high, k, i, j):
     """Centre and error of one operation, its slopes put in place; an infinite error where there is no form."""
     if code in (ADD, SUB):
@@ -201,7 +200,7 @@ def _form(code, centres, slopes, errors, low, high, k, i, j):
     return 0.0, INFINITE  # comparisons, and what they leave open
 
 
-@njit(inline="always", **COMPILED)
+@inlined
 def _settle(centres, slopes, errors, low, high, k):
     """Let form and range of one operation tighten each other; False if nothing is left."""
     count = slopes.shape[1]
@@ -224,7 +223,7 @@ def _settle(centres, slopes, errors, low, high, k):
     return low[k] <= high[k]
 
 
-@njit(**COMPILED)
+@compiled
 def form_all(codes, first, second, constants, low, high, centres, slopes, errors, least, greatest):
     """Find the form of every operation over a box; ``low`` and ``high`` hold ranges, and are tightened.
 

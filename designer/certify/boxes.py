@@ -6,11 +6,13 @@ the box, and the lower bound of the score.
 
 from __future__ import annotations
 
+import zlib
+from pathlib import Path
+
 import numpy as np
-from numba import njit
 
 from designer.certify.affine import HUGE, form_all
-from designer.certify.intervals import COMPILED, above, below, evaluate, propagate
+from designer.certify.intervals import above, below, compiled, evaluate, propagate
 from designer.certify.score_bound import least_score
 
 # Propagation goes on while it leaves less than this share of a box, at most so often.
@@ -20,8 +22,16 @@ MOST_ROUNDS = 4
 WORTH_FORMS = 0.95
 SWEEPS = 3
 
+_FILES = ("boxes.py", "affine.py", "intervals.py", "score_bound.py")
+_DIGEST = zlib.crc32(b"".join((Path(__file__).parent / name).read_bytes() for name in _FILES))
+SOURCES = tuple(0 if _DIGEST >> bit & 1 else 0.0 for bit in range(24))
+"""What the loops are compiled from, told by the types of some numbers.
 
-@njit(**COMPILED)
+The cache of compiled loops knows when the file of a loop changes, but not those of the loops that it calls; of what it
+is called with, it knows the types."""
+
+
+@compiled
 def _volume(least, greatest):
     volume = 1.0
     for t in range(least.size):
@@ -29,7 +39,7 @@ def _volume(least, greatest):
     return volume
 
 
-@njit(**COMPILED)
+@compiled
 def _require(low, high, results, least_allowed, greatest_allowed):
     """Narrow results to what is allowed; False if one cannot be."""
     for row in range(results.size):
@@ -40,7 +50,7 @@ def _require(low, high, results, least_allowed, greatest_allowed):
     return True
 
 
-@njit(**COMPILED)
+@compiled
 def _narrow_by_ranges(codes, first, second, constants, results, allowed, low, high, least, greatest):
     """Narrow a box by the ranges of the rules; False if nothing is left."""
     for _ in range(MOST_ROUNDS):
@@ -55,7 +65,7 @@ def _narrow_by_ranges(codes, first, second, constants, results, allowed, low, hi
     return True
 
 
-@njit(**COMPILED)
+@compiled
 def _sweep(offsets, slopes, count, left, right):
     """Narrow e in left..right by rows offset + slopes e >= 0; -1 if nothing is left, else how much moved."""
     moved = 0.0
@@ -87,7 +97,7 @@ def _sweep(offsets, slopes, count, left, right):
     return moved
 
 
-@njit(**COMPILED)
+@compiled
 def _narrow_by_forms(results, allowed, centres, slopes, errors, offsets, rows, least, greatest):
     """Narrow a box by the affine forms of the rules; False if nothing is left."""
     count = 0
@@ -116,7 +126,7 @@ def _narrow_by_forms(results, allowed, centres, slopes, errors, offsets, rows, l
     return True
 
 
-@njit(**COMPILED)
+@compiled
 def _where_to_cut(results, allowed, centres, slopes, errors, least, greatest, widths):
     """The variable along which a box is cut: wide, and deciding whether rules are kept."""
     shares, undecided = np.zeros(least.size), 0
@@ -136,7 +146,7 @@ def _where_to_cut(results, allowed, centres, slopes, errors, least, greatest, wi
     return best
 
 
-@njit(**COMPILED)
+@compiled
 def examine(
     least,
     greatest,
@@ -157,6 +167,7 @@ def examine(
     texture,
     target,
     widths,
+    sources,
 ):
     """Examine boxes in place: narrow each, raise its bound, and note along which variable to cut it.
 
@@ -172,6 +183,8 @@ def examine(
         The least and the greatest that each rule may be, shape (2, rules).
     target
         A box whose score is at least this is left; infinite where only the rules count.
+    sources
+        ``SOURCES``, which takes no part.
     """
     size, score_size, count = codes.size, score_codes.size, least.shape[1]
     low, high, centres, errors = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
@@ -192,12 +205,8 @@ def examine(
         if not _narrow_by_forms(results, allowed, centres, slopes, errors, offsets, rows, ends[0], ends[1]):
             continue
         if target < HUGE:
-            evaluate(
-                score_codes, score_first, score_second, score_constants, score_low, score_high, ends[0], ends[1]
-            )
-            score = least_score(
-                score_low, score_high, score_results, weights, texture[0], texture[1], texture[2]
-            )
+            evaluate(score_codes, score_first, score_second, score_constants, score_low, score_high, ends[0], ends[1])
+            score = least_score(score_low, score_high, score_results, weights, texture[0], texture[1], texture[2])
             if WORTH_FORMS * target < score < target:
                 if not form_all(
                     score_codes,
@@ -213,9 +222,7 @@ def examine(
                     ends[1],
                 ):
                     continue
-                score = least_score(
-                    score_low, score_high, score_results, weights, texture[0], texture[1], texture[2]
-                )
+                score = least_score(score_low, score_high, score_results, weights, texture[0], texture[1], texture[2])
             bounds[box] = max(bounds[box], score)
             if bounds[box] >= target:
                 continue

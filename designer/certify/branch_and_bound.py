@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from designer.certify.boxes import examine
+from designer.certify.boxes import SOURCES, examine
 from designer.optimise.operations import Statement
 
 Array = NDArray[np.float64]
@@ -62,10 +62,11 @@ def bound_score(statement: Statement, target: float, seconds: float) -> Outcome:
     widths = np.maximum(statement.high - statement.low, 1e-300)
     of_rules = (rules.codes, rules.first, rules.second, rules.constants, rules.results, allowed)
     of_score = (score.codes, score.first, score.second, score.constants, score.results)
+    nodes = (statement.weights, statement.texture)
 
     def run(low: Array, high: Array, values: Array) -> NDArray[np.int64]:
         cuts = np.empty(len(values), dtype=np.int64)
-        examine(low, high, values, cuts, *of_rules, *of_score, statement.weights, statement.texture, target, widths)
+        examine(low, high, values, cuts, *of_rules, *of_score, *nodes, target, widths, SOURCES)
         return cuts
 
     run(least.copy(), greatest.copy(), bounds.copy())  # compiled here: that does not count

@@ -16,9 +16,9 @@ SOLVER = "interval branch and bound of the designer"
 SMALL_GAP = 0.01
 
 KNOWN_RULES = (
-    "ranges of focus, f-number and baseline; image circle and gap between the zones with the mixing of the light; lens "
-    "barrel; sizes, slopes and vertex sheets of the mirrors; signs of the variant; nearest mirror; height and diameter; "
-    "blur at the ends and the middle of both views; edges between the two zones"
+    "ranges of focus, f-number and baseline; image circle and gap between the zones with the mixing of the light; "
+    "lens barrel; sizes, slopes and vertex sheets of the mirrors; signs of the variant; nearest mirror; height and "
+    "diameter; blur at the ends and the middle of both views; edges between the two zones"
 )
 """The rules that a bound knows."""
 

@@ -1,9 +1,9 @@
 """Operations on intervals, outward rounded, in compiled loops: what a list of operations can give over a box.
 
 Forwards from the variables' ranges to every result, and backwards from what results must be to narrower ranges (the
-constraint propagation of Benhamou and others, 1999, called HC4). Every bound is moved outward by at least the error of
-one rounded operation, so that no bound depends on rounding. ``codes``, ``first``, ``second`` and ``constants`` are those
-of :class:`designer.optimise.operations.Operations`; ``low`` and ``high`` hold a range for each operation.
+constraint propagation of Benhamou and others, 1999, called HC4). Every bound is moved outward by at least the error
+of one rounded operation, so that no bound depends on rounding. ``codes``, ``first``, ``second`` and ``constants`` are
+those of :class:`designer.optimise.operations.Operations`; ``low`` and ``high`` hold a range for each operation.
 """
 
 from __future__ import annotations
@@ -19,22 +19,23 @@ LT, LE, NOT, AND, OR, IF_ELSE_ZERO = range(15, 21)
 SPACING = 2.0**-52
 SMALLEST = 1e-300
 INFINITE = math.inf
-COMPILED = {"cache": True, "nogil": True, "error_model": "numpy"}
+compiled = njit(cache=True, nogil=True, error_model="numpy")
+inlined = njit(inline="always", cache=True, nogil=True, error_model="numpy")
 
 
-@njit(**COMPILED)
+@compiled
 def below(value):
     """A number below all that round to a value."""
     return value - abs(value) * SPACING - SMALLEST if abs(value) < 1e308 else value
 
 
-@njit(**COMPILED)
+@compiled
 def above(value):
     """A number above all that round to a value."""
     return value + abs(value) * SPACING + SMALLEST if abs(value) < 1e308 else value
 
 
-@njit(**COMPILED)
+@compiled
 def product(a, b, c, d):
     """The product of [a, b] and [c, d]; zero times infinity is zero."""
     low, high = INFINITE, -INFINITE
@@ -45,7 +46,7 @@ def product(a, b, c, d):
     return below(low), above(high)
 
 
-@njit(**COMPILED)
+@compiled
 def reciprocal(a, b):
     """The reciprocals of [a, b]; everything where it holds zero inside."""
     if a > 0.0 or b < 0.0:
@@ -57,14 +58,14 @@ def reciprocal(a, b):
     return -INFINITE, INFINITE
 
 
-@njit(**COMPILED)
+@compiled
 def quotient(a, b, c, d):
     """The quotients of [a, b] by [c, d]."""
     low, high = reciprocal(c, d)
     return product(a, b, low, high)
 
 
-@njit(**COMPILED)
+@compiled
 def magnitude(a, b):
     """The absolute values of [a, b]."""
     if a >= 0.0:
@@ -74,13 +75,13 @@ def magnitude(a, b):
     return 0.0, max(-a, b)
 
 
-@njit(**COMPILED)
+@compiled
 def _exponential(a, b):
     low, high = math.exp(a), math.exp(b)
     return max(low - 4.0 * SPACING * low, 0.0), high + 4.0 * SPACING * high + SMALLEST
 
 
-@njit(**COMPILED)
+@compiled
 def _truth(code, a, b, c, d):
     """Comparisons and logic: 0, 1, or both."""
     if code == LT:
@@ -94,7 +95,7 @@ def _truth(code, a, b, c, d):
     return max(a, c), max(b, d)
 
 
-@njit(**COMPILED)
+@compiled
 def evaluate(codes, first, second, constants, low, high, least, greatest):
     """Fill ``low`` and ``high`` with the range of every operation over the box from ``least`` to ``greatest``."""
     for k in range(codes.size):
@@ -149,7 +150,7 @@ def evaluate(codes, first, second, constants, low, high, least, greatest):
         high[k] = INFINITE if math.isnan(y) else y
 
 
-@njit(inline="always", **COMPILED)
+@inlined
 def _meet(low, high, k, x, y):
     if x > low[k]:
         low[k] = x
@@ -157,7 +158,7 @@ def _meet(low, high, k, x, y):
         high[k] = y
 
 
-@njit(inline="always", **COMPILED)
+@inlined
 def _narrow_square(low, high, i, x, y):
     """Narrow an operand from the range of its square."""
     root, least = above(math.sqrt(y)), max(below(math.sqrt(max(x, 0.0))), 0.0)
@@ -169,7 +170,7 @@ def _narrow_square(low, high, i, x, y):
         _meet(low, high, i, -root, root)
 
 
-@njit(inline="always", **COMPILED)
+@inlined
 def _narrow_factors(low, high, i, j, x, y):
     """Narrow both factors from the range of their product."""
     if low[j] > 0.0 or high[j] < 0.0:
@@ -180,7 +181,7 @@ def _narrow_factors(low, high, i, j, x, y):
         _meet(low, high, j, u, v)
 
 
-@njit(inline="always", **COMPILED)
+@inlined
 def _narrow_ratio(low, high, i, j, x, y):
     """Narrow dividend and divisor from the range of their quotient."""
     if low[j] > 0.0 or high[j] < 0.0:
@@ -191,7 +192,7 @@ def _narrow_ratio(low, high, i, j, x, y):
         _meet(low, high, j, u, v)
 
 
-@njit(**COMPILED)
+@compiled
 def _narrow_one(code, low, high, i, x, y):
     """Narrow the operand of an operation on one; whether anything is left."""
     if code == NEG:
@@ -218,7 +219,7 @@ def _narrow_one(code, low, high, i, x, y):
     return True
 
 
-@njit(**COMPILED)
+@compiled
 def propagate(codes, first, second, low, high, least, greatest):
     """Narrow the box to what the ranges of the operations leave of it; False if nothing is left."""
     for k in range(codes.size - 1, -1, -1):

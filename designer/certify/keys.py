@@ -37,7 +37,7 @@ KEYS = (
     Key("envelope.height_mm", ("envelope_height",), (("envelope_height", 3.0),)),
     Key("sharpness.max_blur_deg", ("blur",)),
 )
-"""Every key that a proof can do without, in the order in which they are left out: the least likely to conflict first."""
+"""Every key that a proof can do without, in the order in which they are left out: the likeliest last."""
 
 
 def kinds_of(keys: Collection[Key]) -> frozenset[str]:

@@ -14,9 +14,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
-from designer.certify.intervals import COMPILED, INFINITE
+from designer.certify.intervals import INFINITE, compiled
 from designer.optimise.operations import NODE_ROWS
 
 ROWS = len(NODE_ROWS)
@@ -28,7 +26,7 @@ BLURRED = 1.1
 SAFETY = 1.0 - 1e-12
 
 
-@njit(**COMPILED)
+@compiled
 def gradient_energy(squared, contrast, fine, coarse):
     """The texture's gradient energy: noise.texture_gradient_energy, with a (a + b) / 2 of both blurs in mm^2."""
     lost = 0.0
@@ -39,7 +37,7 @@ def gradient_energy(squared, contrast, fine, coarse):
     return contrast * lost
 
 
-@njit(**COMPILED)
+@compiled
 def _match(low, high, at, contrast, fine, coarse):
     """What matching noise adds at a node at least; ``at`` are the places of its rows."""
     along, across, template = low[at[0]], low[at[1]], low[at[5]]
@@ -66,7 +64,7 @@ def _match(low, high, at, contrast, fine, coarse):
     return max(low[at[10]], 0.0) * total / (energy * energy)
 
 
-@njit(**COMPILED)
+@compiled
 def least_score(low, high, results, weights, contrast, fine, coarse):
     """The least depth error (rms) that the ranges of the score's rows allow."""
     total = 0.0

@@ -1,7 +1,7 @@
 """A problem's rules and score as lists of elementary operations: what a proof evaluates on boxes of designs.
 
 The geometry is the one that designs are optimised with, written once: CasADi records its operations, and
-:mod:`designer.certify` evaluates them with intervals in the place of numbers. Plain arrays leave this module, no symbols.
+:mod:`designer.certify` evaluates them with intervals in the place of numbers. Plain arrays leave this module.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from designer.optimise.variables import VARIABLES, with_principal_distance
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-CODES = (
-    "CONST INPUT ADD SUB MUL DIV NEG SQ SQRT INV FABS FMAX FMIN EXP ATAN LT LE NOT AND OR IF_ELSE_ZERO".split()
+CODES = tuple(
+    "CONST INPUT ADD SUB MUL DIV NEG SQ SQRT INV FABS FMAX FMIN EXP ATAN LT LE NOT AND OR IF_ELSE_ZERO".split()  # noqa: SIM905
 )
 """Operations by their number, as CasADi calls them."""
 
@@ -182,7 +182,7 @@ def _blurs_in_pairs(system: System, f_number: Scalar) -> list[tuple[str, Any]]:
 
 
 def _is_beside(leg: Leg, solid: Solid) -> bool:
-    """Whether a leg from the pinhole could pass a mirror on its own side of the axis: which edges stand between zones."""
+    """Whether a leg from the pinhole could pass a mirror on its side of the axis: an edge between the zones."""
     return leg.leaves_pinhole and solid.side == leg.end.side and solid.name not in {"lens", "body"}
 
 
@@ -196,7 +196,13 @@ def _most_separation(leg: Leg, solid: Solid) -> Scalar:
     for radius in (solid.inner_radius, solid.outer_radius):
         height = solid.surface.height(radius)
         body += [(solid.side * radius, height), (solid.side * radius, height + solid.depth)]
-    chords = ((light[0], light[2]), (light[1], light[3]), (light[2], light[3]), (light[0], light[1]), (body[0], body[2]))
+    chords = (
+        (light[0], light[2]),
+        (light[1], light[3]),
+        (light[2], light[3]),
+        (light[0], light[1]),
+        (body[0], body[2]),
+    )
     gaps = []
     for start, end in chords:
         across, along = end[0] - start[0], end[1] - start[1]

@@ -12,6 +12,8 @@ LENSES = "lenses.csv"
 REQUIREMENT = "requirement.toml"
 PROVENANCE = "provenance.json"
 TOLERANCES = "tolerances.json"
+CERTIFICATES = "certificates.json"
+CERTIFICATES_TABLE = "certificates.csv"
 CHECKS = "checks"
 UNCHECKED = "unchecked.json"
 """In a check's folder: why a design could not be checked."""
@@ -51,6 +53,7 @@ def figure_name(file: str) -> str:
 def names_of_study(configurations: Iterable[str]) -> tuple[str, ...]:
     """The names of all files that a study of some configurations may write, but for figures."""
     names = [REQUIREMENT, RESULTS, PARETO, LENSES, PROVENANCE, TOLERANCES, PDF, PAGE, figure_name(FIGURE_LIST)]
+    names += [CERTIFICATES, CERTIFICATES_TABLE]
     for configuration in configurations:
         names += [design_name(configuration), *names_of_check(configuration)]
     return tuple(names)
