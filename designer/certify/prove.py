@@ -109,10 +109,9 @@ def _conflict(
     requirement: Requirement, branches: list[Branch], seconds: float, end: float
 ) -> tuple[tuple[Key, ...], bool]:
     """Keys that conflict, and whether none of them could be spared: each is left out in turn (deletion filter)."""
-    present = set(requirement_kinds(branches))
+    present = set(_kinds(branches))
     kept = [key for key in KEYS if present & set(key.kinds)]
     dropped: list[Key] = [key for key in KEYS if key not in kept]
-    is_smallest = True
     for key in tuple(kept):
         left = min(seconds, end - time.process_time())
         if left <= 0.0:
@@ -121,13 +120,13 @@ def _conflict(
         if all(outcome.is_complete for outcome in outcomes) and len(outcomes) == len(branches):
             kept.remove(key)
             dropped.append(key)
-    return tuple(kept), is_smallest
+    return tuple(kept), True
 
 
-def requirement_kinds(branches: list[Branch]) -> Iterator[str]:
+def _kinds(branches: list[Branch]) -> Iterator[str]:
     """The kinds of rule that branches have."""
     for branch in branches:
-        yield from state(branch.problem).kinds
+        yield from state(branch.problem, is_conflict=True).kinds
 
 
 def _without(
@@ -138,7 +137,7 @@ def _without(
     for branch in branches:
         problem = loosened(branch.problem, requirement, branch.lens, keys)
         left = seconds - (time.process_time() - start)
-        outcome = bound_score(state(problem, kinds_of(keys), is_any_stop=True), float("inf"), left)
+        outcome = bound_score(state(problem, kinds_of(keys), is_conflict=True), float("inf"), left)
         yield outcome
         if not outcome.is_complete:
             return

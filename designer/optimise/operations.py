@@ -93,11 +93,11 @@ class Statement:
     texture: Array
 
 
-def state(problem: Problem, dropped: Collection[str] = (), *, is_any_stop: bool = False) -> Statement:
+def state(problem: Problem, dropped: Collection[str] = (), *, is_conflict: bool = False) -> Statement:
     """What is to be proved about a problem, without the rules of the kinds ``dropped``.
 
-    With ``is_any_stop`` two blurs are compared at the smallest stop alone, where they are least: that rule then holds
-    or fails for every stop at once, which is what a proof of a conflict wants.
+    A conflict needs no score, which is then left out. Two blurs are then compared at the smallest stop alone, where
+    they are least: that rule holds or fails for every stop at once.
     """
     free = _free_variables(problem)
     symbols = casadi.SX.sym("variables", len(free))
@@ -111,9 +111,9 @@ def state(problem: Problem, dropped: Collection[str] = (), *, is_any_stop: bool 
     )
     loose = put_together(problem.variant, values, problem.specification)
     system = replace(loose, values=values | enclosure(loose.layout, problem.specification))
-    rules = [rule for rule in _rules(problem, system, is_any_stop) if rule[0] not in dropped]
+    rules = [rule for rule in _rules(problem, system, is_conflict) if rule[0] not in dropped]
     ends = [_range(problem, name) for name in free]
-    rows, weights = _score(system)
+    rows, weights = ([casadi.SX(0.0)], np.ones(1)) if is_conflict else _score(system)
     contrast, fine, coarse = _texture(system)
     return Statement(
         free,
@@ -147,7 +147,7 @@ def _range(problem: Problem, name: str) -> tuple[float, float]:
     return min(ends), max(ends)
 
 
-def _rules(problem: Problem, system: System, is_any_stop: bool) -> list[tuple[str, str, Any, bool]]:
+def _rules(problem: Problem, system: System, is_conflict: bool) -> list[tuple[str, str, Any, bool]]:
     """Kind, name, scaled value and whether it is an equality, of every rule that a proof knows."""
     rules = [
         (each.kind, each.name, each.value / each.scale, each.equality)
@@ -155,7 +155,7 @@ def _rules(problem: Problem, system: System, is_any_stop: bool) -> list[tuple[st
         # What encloses the mirrors is put where they end.
         if each.kind != "encloses"
     ]
-    f_number = problem.bounds["f_number"].high if is_any_stop else system.values["f_number"]
+    f_number = problem.bounds["f_number"].high if is_conflict else system.values["f_number"]
     rules += [("blur", name, value, False) for name, value in _blurs_in_pairs(system, f_number)]
     pairs = pair_up(system.layout)
     for name, (leg, solid) in zip(pairs.names, pairs.leg_solid, strict=False):
