@@ -31,7 +31,7 @@ from designer.imaging.endtoend.check import predicted_error, seen_by_both
 from designer.imaging.endtoend.noise import Noise, calibrate_noise, record, true_points
 from designer.imaging.images import Image
 from designer.imaging.render.detector import Detector
-from designer.imaging.render.lens import Lens
+from designer.imaging.render.lens import RenderedLens
 from designer.imaging.render.scenes.library import build_world, calibration_world
 from designer.imaging.render.scenes.printed_board import with_board
 from designer.imaging.render.scenes.world import World
@@ -91,7 +91,7 @@ def main(samples: int, results: Path) -> None:
     (scene_raw,) = taken(built, (office,), samples, (TARGETS,))
     walls = calibration_world(design, seed=1)
     walls_raw, ideal_raw = taken(design, (walls, office), samples, (TARGETS + 1, TARGETS + 2))
-    options = {"equalise": True, "mirror_reflectivity": Lens().mirror_reflectivity}
+    options = {"equalise": True, "mirror_reflectivity": RenderedLens().mirror_reflectivity}
     ideal = build_rig(design, distances_mm=(0.8 * near, 2.5 * far), **options)
     noise = calibrate_noise(ideal, walls_raw, true_points(ideal, design, (walls,))[0])
     points = {}
@@ -111,7 +111,7 @@ def main(samples: int, results: Path) -> None:
 
 def taken(design: Design, worlds: tuple[World, ...], samples: int, seeds: tuple[int, ...]) -> list[Image]:
     """What the camera records through the lens."""
-    return record(design, worlds, Detector(), samples, seeds, Lens())
+    return record(design, worlds, Detector(), samples, seeds, RenderedLens())
 
 
 def rig_of(design: Design) -> StereoRig:
@@ -121,7 +121,7 @@ def rig_of(design: Design) -> StereoRig:
         design,
         distances_mm=(0.8 * near, 2.5 * far),
         equalise=True,
-        mirror_reflectivity=Lens().mirror_reflectivity,
+        mirror_reflectivity=RenderedLens().mirror_reflectivity,
         as_built=True,
     )
 

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from designer.design import Design, read_design
-from designer.imaging.endtoend.equalisation_experiment import METHODS, compare, noise_gain, sampling_methods
+from designer.imaging.endtoend.equalisation_experiment import METHODS, compare_methods, noise_gain, sampling_methods
 from designer.imaging.render.detector import Detector, expose
 from designer.imaging.render.raytracing import render
 from designer.imaging.render.scenes.library import build_world
@@ -41,7 +41,7 @@ def measure(design: Design, texture: str, seeds: int, samples: int) -> pd.DataFr
         radiance = render(design, build_world("office", design, texture, seed), samples=samples)
         for light, detector in DETECTORS.items():
             raw = np.asarray(expose(radiance, detector, seed=seed), dtype=np.uint8)
-            compared = compare(methods, raw)
+            compared = compare_methods(methods, raw)
             pixels = compared.matches["equalised"].outcomes.size
             percent = {method: 100.0 * count / pixels for method, count in compared.rejected.items()}
             rows.append({"seed": seed, "detector": light} | percent)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, differential_evolution
 
 from designer.goals import GOALS
-from designer.optimise.problem import Evaluation, Problem
+from designer.optimise.problem import ConstraintEvaluation, Problem
 from designer.optimise.problem import evaluate as evaluate_constraints
 from designer.optimise.screening import draw
 from designer.optimise.variables import VARIABLES
@@ -66,7 +66,7 @@ def evolve(problem: Problem, goal: str, seconds: float, seed: int) -> Best:
     return best
 
 
-def evaluate(problem: Problem, scaled: Array) -> tuple[dict[str, Array], Evaluation]:
+def evaluate(problem: Problem, scaled: Array) -> tuple[dict[str, Array], ConstraintEvaluation]:
     """Goals and every constraint of designs in the unit box, (variables, n), in NumPy; enclosed as the mirrors are."""
     with np.errstate(all="ignore"):
         _, system = problem.enclosed(problem.physical(scaled))

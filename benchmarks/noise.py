@@ -20,17 +20,16 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from designer.design import Design
+from designer.design import VIEW_NAMES, Design, PerView
 from designer.evaluate.noise import (
-    MATCHING,
-    Exposure,
+    MATCHER_PERFORMANCE,
+    CameraSetting,
+    CollectedLight,
     ImagePoint,
-    Light,
     equalising_sigma_px,
     matching_noise,
     rich_texture,
 )
-from designer.evaluate.resolution import VIEW_NAMES
 from designer.imaging.endtoend.noise import (
     FEWEST_PIXELS,
     STRIPS,
@@ -246,17 +245,17 @@ def predict(measured: pd.DataFrame) -> pd.DataFrame:
             radius = images[name].radius_px(slope) * camera.pixel_pitch_mm
             radius_slope = images[name].radius_per_elevation_px(slope) * camera.pixel_pitch_mm
             points[name] = ImagePoint(slope, radius, radius_slope, defocus)
-        matching = MATCHING[matcher]
-        exposure = Exposure(
+        matching = MATCHER_PERFORMANCE[matcher]
+        exposure = CameraSetting(
             camera.pixel_pitch_mm, f_number, equalising_sigma_px(common_spacing_px(design, matching.columns))
         )
-        light = Light(LIGHTS[light_name], LIGHT_F_NUMBER, READ_NOISE)
+        light = CollectedLight(LIGHTS[light_name], LIGHT_F_NUMBER, READ_NOISE)
         texture = rich_texture(design.working_volume.distance_mm[1])
-        noises = matching_noise(points["upper"], points["lower"], distance, texture, light, exposure, matching)
+        noise = matching_noise(PerView(**points), distance, texture, light, exposure, matching)
         # In each view the noise of the slope; equal noise in both would give the same sum of squares.
-        per_mm = [(1.0 + points[n].slope ** 2) / points[n].radius_slope for n in ("upper", "lower")]
-        variance = sum((noise * scale) ** 2 for noise, scale in zip(noises, per_mm, strict=True))
-        equal = np.sqrt(variance / sum(scale**2 for scale in per_mm)) / camera.pixel_pitch_mm
+        per_mm = {name: (1.0 + point.slope**2) / point.radius_slope for name, point in points.items()}
+        variance = sum((noise[name] * scale) ** 2 for name, scale in per_mm.items())
+        equal = np.sqrt(variance / sum(scale**2 for scale in per_mm.values())) / camera.pixel_pitch_mm
         blurs = {f"blur_{n}_px": np.abs(points[n].defocus) / camera.pixel_pitch_mm for n in VIEW_NAMES}
         angles = {f"angle_{n}_deg": np.degrees(np.abs(points[n].defocus / points[n].radius_slope)) for n in VIEW_NAMES}
         parts.append(part.assign(predicted_px=equal, **blurs, **angles))

@@ -23,7 +23,7 @@ from designer.optimise import solver
 from designer.optimise.program import Program
 from designer.optimise.required_numbers import SPECIFICATION_NAMES
 from designer.optimise.separating_directions import FAR
-from designer.optimise.solver import Run, Target
+from designer.optimise.solver import Run, StageTarget
 from designer.optimise.system import put_together
 from designer.optimise.variables import VARIABLE_NAMES
 
@@ -69,7 +69,7 @@ def recording() -> Iterator[list[Instance]]:
     instances: list[Instance] = []
     arguments_of = solver.arguments_of
 
-    def recorded(run: Run, program: Program, target: Target, violation: float | None) -> dict[str, Array]:
+    def recorded(run: Run, program: Program, target: StageTarget, violation: float | None) -> dict[str, Array]:
         arguments = arguments_of(run, program, target, violation)
         instances.append(Instance(program, arguments, run))
         return arguments
@@ -152,7 +152,7 @@ def _plain(instance: Instance) -> Values:
         residuals = [np.ravel(item.value)[0] / item.scale for item in problem.constraints(system)]
         light, bodies = separations(system.layout, pair_up(system.layout))
         spare = [
-            1.0 if direction == FAR else along[direction, row, 0] - problem.specification.clearance
+            1.0 if direction == FAR else along[direction, row, 0] - problem.specification.asked.manufacture.clearance_mm
             for directions, along in ((choice.legs, light), (choice.solids, bodies))
             for row, direction in enumerate(directions)
         ]

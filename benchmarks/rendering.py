@@ -25,7 +25,7 @@ from benchmarks.tracing import DESIGNS
 from designer.design import Design
 from designer.imaging.render.camera_rays import angular_spacing, on_sensor, ray_directions, sample_places
 from designer.imaging.render.full_aperture import IDENTITY, Optics, PixelBlock, render_block
-from designer.imaging.render.lens import LOSSLESS, Lens, diffract, pupil_of
+from designer.imaging.render.lens import LOSSLESS, RenderedLens, diffract, pupil_of
 from designer.imaging.render.passage import BLACK_PARTS_RADIANCE
 from designer.imaging.render.raytracing import render
 from designer.imaging.render.scenes.library import build_world
@@ -141,7 +141,7 @@ def noise_lines(design: Design, world: World) -> list[str]:
         return np.array(values)
 
     def diffracted(patches: Image) -> Image:
-        wavelength = Lens().wavelength_nm
+        wavelength = RenderedLens().wavelength_nm
         assert wavelength is not None
         return np.array([diffract(patch.astype(np.float32), design.camera, wavelength) for patch in patches])
 
@@ -182,10 +182,10 @@ def main(repeats: int, results: Path) -> None:
         runs: dict[str, Callable[[], object]] = {
             "pinhole, 4 rays": lambda design=design, world=world: render(design, world),
             "lens, 9 rays": lambda design=design, world=world: render(
-                design, world, samples=3, aperture=True, lens=Lens()
+                design, world, samples=3, aperture=True, lens=RenderedLens()
             ),
             "lens, 16 rays": lambda design=design, world=world: render(
-                design, world, samples=4, aperture=True, lens=Lens()
+                design, world, samples=4, aperture=True, lens=RenderedLens()
             ),
             "plain method, 16 rays": lambda design=design, world=world: plain_render(design, world, 4),
         }

@@ -87,7 +87,7 @@ def _held(design: Candidate) -> Iterator[tuple[str, float]]:
     layout = design.layout
     pairs = pair_up(layout)
     claims = design.evaluation.clearances[:, 0]
-    clearance = design.problem.specification.clearance
+    clearance = design.problem.specification.asked.manufacture.clearance_mm
     for row, name in enumerate(pairs.names):
         if abs(claims[row] - clearance) < HELD_MM:
             one, others = _outlines(pairs, row)

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Generic, Literal, Self, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -26,6 +27,7 @@ from pydantic import (
 
 from designer.departures import AsBuilt, MirrorDeparture
 from designer.files import InputError, describe_validation_error, read_text, write_atomically
+from designer.housing import Housing, Tube
 
 # Strict: neither "12.0" nor true is a number.
 Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
@@ -37,6 +39,21 @@ Interval = tuple[Number, Number]
 
 ViewName = Literal["upper", "lower"]
 VIEW_NAMES: tuple[ViewName, ViewName] = ("upper", "lower")
+Each = TypeVar("Each", covariant=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PerView(Generic[Each]):
+    """One thing for each view, by the view's name: a pair without an order, so that nothing is taken for the other."""
+
+    lower: Each
+    upper: Each
+
+    def __getitem__(self, view: ViewName) -> Each:
+        """What belongs to the view of that name."""
+        return {"lower": self.lower, "upper": self.upper}[view]
+
+
 ConicKind = Literal["plane", "hyperboloid", "ellipsoid", "paraboloid"]
 Sense = Literal["direct", "folded"]
 """Which way the image of a view runs: tan(psi/2) = kappa tan(pi/4 + phi/2), or minus phi when folded."""
@@ -283,6 +300,8 @@ class Design(Record):
     """What was asked of the light through the full pupil; absent from records of chief rays alone."""
     as_built: AsBuilt | None = Field(default=None, exclude_if=lambda value: value is None)
     """What this one sensor departs from the design by; absent from the design itself."""
+    housing: Housing | None = Field(default=None, exclude_if=lambda value: value is None)
+    """What holds the upper mirrors, if the record knows: a transparent tube or struts."""
     score: dict[str, JsonValue] = {}
     """What the file says of the design's quality, as it stands there; nothing is computed from it."""
 
@@ -319,6 +338,11 @@ class Design(Record):
         if self.as_built and self.camera.focal_length_mm + self.as_built.camera.principal_distance_departure_mm <= 0:
             raise ValueError("as_built.camera.principal_distance_departure_mm leaves no principal distance")
         return self
+
+    @property
+    def tube(self) -> Tube | None:
+        """The transparent tube through which the views look, if there is one."""
+        return self.housing if isinstance(self.housing, Tube) else None
 
     def mirror(self, name: str) -> Mirror:
         """The mirror of that name. Raises StopIteration if there is none, which validation excludes for paths."""

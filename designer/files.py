@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import math
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
@@ -177,6 +178,12 @@ def as_json(value: object) -> JsonValue:
     if value is None or isinstance(value, bool | int | float | str):
         return value
     raise TypeError(f"JSON has no {type(value).__name__}")
+
+
+def finite(number: Any) -> float | None:
+    """A number as JSON holds it: None if it is not finite."""
+    value = float(number)
+    return value if math.isfinite(value) else None
 
 
 # How keys of lists of numbers end.

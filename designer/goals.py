@@ -108,7 +108,8 @@ def fourth_power_mean(values: Sequence[Scalar]) -> Scalar:
 GOALS: dict[str, Goal] = {
     "depth_error": Goal(
         label="depth error",
-        description="root mean square of relative depth error over the working volume, of noise and scale together",
+        description="root mean square of the relative depth error over the working volume, from noise and scale "
+        "together",
         column="depth_error_rms",
         unit="%",
         expression=lambda system: depth_error_rms(system.pair, system.volume, system.noise, system.scale_uncertainty),

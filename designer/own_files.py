@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import platform
+import sys
 from collections.abc import Collection, Mapping
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from designer import __version__
 from designer.files import InputError
 
 if TYPE_CHECKING:
@@ -21,6 +25,16 @@ _MOST_NAMED = 10
 def sha256(content: bytes) -> str:
     """The digest of a file's content, in hexadecimal."""
     return hashlib.sha256(content).hexdigest()
+
+
+def described_run(libraries: Mapping[str, str]) -> dict[str, JsonValue]:
+    """The run that makes a result, for its provenance: versions of the designer and of ``libraries``, command, time."""
+    return {
+        "designer": __version__,
+        "versions": {"python": platform.python_version(), **libraries},
+        "command": " ".join(["designer", *sys.argv[1:]]),
+        "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
 
 
 def described_inputs(inputs: Mapping[str, Path]) -> dict[str, JsonValue]:

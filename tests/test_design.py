@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from designer.design import design_to_json, read_design, write_design
+from designer.design import PerView, design_to_json, read_design, write_design
 from designer.files import InputError
 
 PROTOTYPE = Path(__file__).parent / "data" / "folded_hypl_hy.json"
@@ -108,3 +108,12 @@ def test_the_law_of_the_lens_is_kept_and_its_absence_means_perspective(tmp_path:
 )
 def test_laws_that_there_are_not(keys, value, words: str, tmp_path: Path):
     assert words in refusal(json.dumps(with_value(keys, value)), tmp_path)
+
+
+def test_a_pair_of_views_cannot_be_taken_by_order():
+    pair = PerView(lower="below", upper="above")
+    assert (pair["lower"], pair["upper"]) == ("below", "above")
+    with pytest.raises(KeyError):
+        _, _ = pair
+    with pytest.raises(TypeError):
+        PerView("below", "above")

@@ -6,6 +6,7 @@ They are added here as a contributor would add them, nothing else is touched, an
 import csv
 import io
 import json
+import os
 import subprocess
 import sys
 from typing import Annotated
@@ -28,7 +29,7 @@ from designer.requirement.quantity import Quantity
 from designer.requirement.space import Envelope
 from designer.study.task import solve_configuration
 from designer.trace.aiming import meridional_rays
-from support import DATA, ROOT
+from support import DATA, ROOT, bounded_key
 from support.shipped_problems import CONFIGURATIONS, shipped_requirement, with_thin_light
 
 DIRECT, FOLDED = "direct-HyHy-upper_inner", "folded-HyPl-Hy-upper_outer"
@@ -161,6 +162,22 @@ def test_a_key_of_the_requirement_with_a_title_shows_itself_in_the_report():
     roomy = asked.model_copy(update={"envelope": Roomy(**asked.envelope.model_dump())})
     before, after = dict(requirement_groups(asked)), dict(requirement_groups(roomy))
     assert after["Envelope"] == [*before["Envelope"], ("cable leaves at", "30°")]
+
+
+def test_a_bound_is_one_field_and_one_constraint(tmp_path):
+    """In a copy with the page's two snippets a design is held by the new key, and its multiplier is reported."""
+    assert bounded_key.copy_with_key(tmp_path) == ["optimise/constraints.py", "requirement/space.py"]
+    run = [sys.executable, "-m", "support.bounded_key"]
+    paths = {"PYTHONPATH": f"{tmp_path}:{ROOT / 'tests'}"}
+    found = json.loads(
+        subprocess.run(run, cwd=tmp_path, env=os.environ | paths, check=True, capture_output=True).stdout
+    )
+    assert found["viewpoint_mm"] == pytest.approx(found["least_mm"], abs=1e-5)
+    assert found["unbound_multiplier"] == pytest.approx(0.0, abs=1e-9)
+    assert found["multiplier"] > 1e-6
+    assert found["multiplier"] == pytest.approx(found["finite_difference"], rel=1e-3)
+    assert ["lower viewpoint, at least", f"{found['least_mm']:g} mm"] in found["facts"]
+    assert "envelope.lowest_viewpoint_mm = 5000.0: must be a number from -1000 to 1000 (mm)" in found["refused"]
 
 
 def test_an_export_format_is_one_entry_in_the_table(tmp_path, monkeypatch):

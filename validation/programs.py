@@ -14,7 +14,7 @@ from designer.design import Mirror
 from designer.evaluate.depth import StereoPair, Volume, depth_error_rms
 from designer.evaluate.fabrication import ALUMINIUM_G_PER_MM3, mirror_shape
 from designer.evaluate.modulation import GREEN_MM, lens_transfer
-from designer.optics.focus import Lens
+from designer.optics.focus import FocusedLens
 from designer.optics.image_law import ImageLaw
 from designer.optimise.search import search
 from designer.trace.instrument import build_instrument
@@ -25,7 +25,7 @@ from validation.row import Row
 
 # The rig as the programs were given it: rounded to their digits.
 WALL_MM = 1500.0
-LENS = Lens(13.0, 5.6, 1.0 / 145.0)
+LENS = FocusedLens(13.0, 5.6, 1.0 / 145.0)
 
 
 def imaged_by_opencv(law: ImageLaw, psi_deg: float) -> float:

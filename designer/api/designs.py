@@ -107,7 +107,7 @@ def write_design(path: str | Path, design: Design) -> None:
     write(design, Path(path))
 
 
-def export(design: Design, to: str, path: str | Path) -> tuple[Path, ...]:
+def export(design: Design, to: str, path: str | Path, *, tolerances: str | Path | None = None) -> tuple[Path, ...]:
     """Write a design in a format of another program, lengths in mm, and return the files written.
 
     Parameters
@@ -116,19 +116,25 @@ def export(design: Design, to: str, path: str | Path) -> tuple[Path, ...]:
         Name of the format, such as ``zmx``: docs/api.md says what each holds.
     path
         A file for a format that holds the whole design in one (``povray``, ``dxf``), else a folder.
+    tolerances
+        For drawing sheets: a grade (``coarse``, ``standard``, ``precision``), or a TOML file of tolerances.
 
     Raises
     ------
     InputError
-        There is no such format, it cannot hold the design, or the path does not fit it.
+        There is no such format, it cannot hold the design or the tolerances, or the path does not fit it.
     """
+    from designer.as_built.named import named_tolerances
     from designer.export.formats import export_design
 
-    return export_design(design, to, Path(path))
+    held = None if tolerances is None else named_tolerances(str(tolerances), design)
+    return export_design(design, to, Path(path), held)
 
 
-def order(design: Design, folder: str | Path) -> Order:
+def order(design: Design, folder: str | Path, *, tolerances: str | Path | None = None) -> Order:
     """Write all that a workshop needs of a design into one folder, as ``designer order`` does.
+
+    ``tolerances`` are as for :func:`export`.
 
     Returns
     -------
@@ -141,9 +147,11 @@ def order(design: Design, folder: str | Path) -> Order:
     InputError
         The folder holds something else, or the design cannot be drawn.
     """
+    from designer.as_built.named import named_tolerances
     from designer.export.order.package import write_order
 
-    return write_order(design, Path(folder))
+    held = None if tolerances is None else named_tolerances(str(tolerances), design)
+    return write_order(design, Path(folder), held)
 
 
 def evaluate(design: Design) -> Evaluation:
@@ -174,7 +182,8 @@ def trace(design: Design) -> Verdict:
 def trace_rays(design: Design, view: Literal["upper", "lower"], directions: ArrayLike) -> SequentialTrace:
     """Rays of one's own from the pinhole through the mirrors of a view: the points on each, and the exit directions.
 
-    Nothing blocks them but the mirrors' own apertures. With the extra ``compiled``, loops that are compiled at the
+    Nothing blocks them but the mirrors' own apertures, and no tube refracts them: `designer.trace.housing` follows
+    them out of a housing. With the extra ``compiled``, loops that are compiled at the
     first call trace them, some forty million a second; without it NumPy does, half as fast. Through the mirrors of a
     sensor as it was built (``as_built``) NumPy traces them, and all stays in the frame of its camera.
 
@@ -202,7 +211,7 @@ def trace_rays(design: Design, view: Literal["upper", "lower"], directions: Arra
     if not np.allclose(np.linalg.norm(directions, axis=1), 1.0, rtol=0.0, atol=UNIT_WITHIN):
         raise InputError("directions: must be unit vectors")
     instrument = build_instrument(design) if design.as_built is None else build_as_built(design).instrument
-    path = instrument.path(getattr(design.views, view).path)
+    path = instrument.path(design.views.by_name[view].path)
     if design.as_built is not None or not is_installed("compiled"):
         return trace_sequential(instrument, path, directions)
     from designer.trace.compiled import trace_many

@@ -63,14 +63,14 @@ def render(
     import numpy as np
 
     from designer.imaging.render.detector import Detector, expose
-    from designer.imaging.render.lens import Lens, default_samples
+    from designer.imaging.render.lens import RenderedLens, default_samples
     from designer.imaging.render.raytracing import render as render_radiance
     from designer.imaging.render.scenes.library import build_world
 
     if read_noise_electrons is not None and not (read_noise_electrons >= 0.0 and full_well_electrons >= 1.0):
         raise InputError("a detector needs a read noise of at least 0 and a full well of at least 1 electron")
     world = build_world(scene, design, texture, seed, sensor_height_mm)
-    lens = Lens() if aperture else None
+    lens = RenderedLens() if aperture else None
     samples = default_samples(lens) if samples is None else samples
     radiance = render_radiance(design, world, samples=samples, aperture=aperture, seed=seed, lens=lens)
     detector = None if read_noise_electrons is None else Detector(full_well_electrons, read_noise_electrons)
@@ -100,7 +100,7 @@ def view_placements(upper: ImagePlacement, lower: ImagePlacement) -> ViewPlaceme
     """How the image of each view lies, each a :func:`placement`: for mirrors that do not share an axis."""
     from designer.imaging.stereo.placement import ViewPlacements
 
-    return ViewPlacements(upper, lower)
+    return ViewPlacements(upper=upper, lower=lower)
 
 
 def read_placement(path: str | Path) -> Placement:
@@ -312,12 +312,12 @@ def compare_equalisation(rig: StereoRig, image: ArrayLike | str | Path) -> Equal
     InputError
         The rig does not equalise, or the image cannot be used.
     """
-    from designer.imaging.endtoend.equalisation_experiment import compare, sampling_methods
+    from designer.imaging.endtoend.equalisation_experiment import compare_methods, sampling_methods
     from designer.imaging.stereo.rig import in_grey
 
     if rig.equalisers is None:
         raise InputError("this rig was built without equalisation: use equalise=True")
-    return compare(sampling_methods(rig), in_grey(image_of(image, rig.design.camera)))
+    return compare_methods(sampling_methods(rig), in_grey(image_of(image, rig.design.camera)))
 
 
 def image_of(image: ArrayLike | str | Path, camera: Camera) -> Image:

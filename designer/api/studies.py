@@ -26,12 +26,14 @@ class StudyResult:
     """A study: its requirement, its table (a row for each configuration, best first), its designs by name.
 
     ``lenses`` tells what each lens of a catalogue gives: a row for each configuration and lens, none with one lens.
+    ``comparators`` tells what else could be built, a row for each idea, none unless asked for.
     """
 
     requirement: Requirement
     table: pd.DataFrame
     designs: dict[str, Design]
     lenses: pd.DataFrame
+    comparators: pd.DataFrame
 
     @property
     def best(self) -> Design | None:
@@ -81,12 +83,12 @@ class SweepResult:
         InputError
             The sweep has no such point.
         """
-        from designer.study.sweep.designs import sensitivities
+        from designer.study.sweep.designs import multipliers_of_designs
 
         self._check_points(points or [])
         chosen = self.winners if points is None else self.winners[self.winners["point"].isin(points)]
         pairs = zip(chosen["point"], chosen["configuration"], strict=True)
-        return sensitivities(self.folder, [(int(point), str(name)) for point, name in pairs])
+        return multipliers_of_designs(self.folder, [(int(point), str(name)) for point, name in pairs])
 
     def _check_points(self, points: list[int]) -> None:
         for point in points:
@@ -150,7 +152,9 @@ def configurations() -> pd.DataFrame:
     )
 
 
-def study(requirement: Requirement, only: tuple[str, ...] = (), jobs: int | None = None) -> StudyResult:
+def study(
+    requirement: Requirement, only: tuple[str, ...] = (), jobs: int | None = None, comparators: bool = False
+) -> StudyResult:
     """Solve, trace and rank the configurations of a requirement; nothing is written.
 
     Parameters
@@ -161,19 +165,29 @@ def study(requirement: Requirement, only: tuple[str, ...] = (), jobs: int | None
         Names or glob patterns of configurations; all if empty.
     jobs
         Processes; one for each core if not given.
+    comparators
+        Whether to design what else could be built as well, which takes some minutes.
 
     Raises
     ------
     InputError
         A name or pattern matches none of the requirement's configurations.
     """
+    from designer.study.comparators import comparator_frame, design_comparators
     from designer.study.folder import lens_frame
     from designer.study.process_pool import cores
     from designer.study.row import frame_of
     from designer.study.run import solve_study
 
     solved = solve_study(requirement, jobs=jobs or cores(), only=only)
-    return StudyResult(solved.requirement, frame_of(solved.rows), dict(solved.designs), lens_frame(solved.lenses))
+    others = design_comparators(solved.requirement, jobs=jobs or cores()) if comparators else ()
+    return StudyResult(
+        solved.requirement,
+        frame_of(solved.rows),
+        dict(solved.designs),
+        lens_frame(solved.lenses),
+        comparator_frame(others),
+    )
 
 
 def sweep(definition: str | Path, folder: str | Path, jobs: int | None = None) -> SweepResult:

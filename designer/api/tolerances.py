@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from designer.as_built.built import BuiltSensor
@@ -62,14 +62,13 @@ def tolerance(
         or the folder holds anything but an earlier study.
     """
     from designer.as_built.folder import check_tolerance_folder
-    from designer.as_built.study import study_tolerances, write_study
-    from designer.as_built.tolerances import Grade, read_tolerances, tolerances_of_grade
+    from designer.as_built.named import named_tolerances
+    from designer.as_built.study import study_tolerances, write_tolerance_study
 
     if folder is not None:
         check_tolerance_folder(Path(folder))
-    is_grade = str(tolerances) in get_args(Grade)
-    asked = tolerances_of_grade(str(tolerances)) if is_grade else read_tolerances(Path(tolerances), design)
+    asked = named_tolerances(str(tolerances), design).values
     study = study_tolerances(design, asked, trials, seed, align, calibration, asked_yield)
     if folder is not None:
-        write_study(study, Path(folder))
+        write_tolerance_study(study, Path(folder))
     return study

@@ -26,8 +26,8 @@ from designer.as_built.tolerances import (
     growth_of,
     is_open,
     key_of,
+    tolerance_of_grade,
     tolerance_values,
-    value_of,
 )
 from designer.as_built.yields import CUT_OFF, Yield, simulate
 
@@ -57,7 +57,7 @@ class Item:
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class ChosenClass:
     """The class of one tolerance, its value in the unit of its key, and its cost."""
 
     part: str
@@ -78,7 +78,7 @@ class Budget:
 
     asked: float
     reached: Yield
-    choices: tuple[Choice, ...]
+    choices: tuple[ChosenClass, ...]
     cost: float
     cost_of_class: dict[Grade, float]
 
@@ -255,6 +255,8 @@ def _loosened(allocation: _Allocation, classes: Array, aim: float, trials: int) 
     return classes
 
 
-def _choice(item: Item, chosen: int) -> Choice:
+def _choice(item: Item, chosen: int) -> ChosenClass:
     grade = CLASSES[chosen]
-    return Choice(item.part, item.key, grade, value_of(grade, item.part, item.key), float(item.costs[chosen]))
+    return ChosenClass(
+        item.part, item.key, grade, tolerance_of_grade(grade, item.part, item.key), float(item.costs[chosen])
+    )

@@ -12,7 +12,7 @@ from designer.as_built.parameters import values_of
 from designer.as_built.projection import Projection, linearise, project, targets_of
 from designer.departures import AsBuilt
 from designer.design import VIEW_NAMES, Design, ViewName
-from designer.files import InputError
+from designer.files import InputError, finite
 from designer.trace.built import build_as_built
 from designer.trace.contact import built_contacts
 from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
@@ -103,14 +103,14 @@ def built_sensor(design: Design) -> BuiltSensor | None:
         problems=(*contacts, *blind),
         contacts=contacts,
         is_nominal=not values.any() and not any(image_shift),
-        centres_apart_px=_finite(found.centres_apart_px[0]),
-        epipolar_px=_finite(before.epipolar_px[0]),
-        epipolar_px_calibrated=_finite(after.epipolar_px[0]),
-        depth_bias=_finite(before.depth_bias[0]),
-        depth_bias_calibrated=_finite(after.depth_bias[0]),
+        centres_apart_px=finite(found.centres_apart_px[0]),
+        epipolar_px=finite(before.epipolar_px[0]),
+        epipolar_px_calibrated=finite(after.epipolar_px[0]),
+        depth_bias=finite(before.depth_bias[0]),
+        depth_bias_calibrated=finite(after.depth_bias[0]),
         depth_error=model.noise,
-        depth_error_calibrated=_finite(depth_error(model, after.depth_bias)[0]),
-        blur_px=_finite(before.blur_px[0]),
+        depth_error_calibrated=finite(depth_error(model, after.depth_bias)[0]),
+        blur_px=finite(before.blur_px[0]),
     )
 
 
@@ -172,9 +172,5 @@ def _seen(design: Design, name: ViewName) -> float:
     ahead = np.column_stack([*slopes[:, shown], np.ones(shown.sum())])
     instrument = build_as_built(design).instrument
     trace = trace_first_hits(instrument, ahead / np.linalg.norm(ahead, axis=1)[:, None])
-    path = instrument.path(getattr(design.views, name).path)
+    path = instrument.path(design.views.by_name[name].path)
     return float(np.sum(compare_with_path(trace, path).status == Status.OK) / len(points))
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

@@ -82,7 +82,7 @@ def ideal_px(design: Design, targets: Targets) -> Array:
 
 def directions_of(design: Design, view: ViewName, pixels: Array) -> tuple[Array, Array]:
     """tan(elevation) and azimuth that the design's tables read at image places (2, ...) from the principal point."""
-    return direction_at(design.camera, getattr(design.views, view), pixels * design.camera.pixel_pitch_mm)
+    return direction_at(design.camera, design.views.by_name[view], pixels * design.camera.pixel_pitch_mm)
 
 
 def displacement_px(design: Design, grid: Grid, view: ViewName, pixels: Array) -> tuple[Array, Array]:
@@ -137,15 +137,15 @@ def first_order_errors(design: Design, grid: Grid, changes: Mapping[ViewName, Ar
     camera = design.camera
     along = np.stack([np.cos(grid.azimuth), np.sin(grid.azimuth)])
     across = np.stack([-along[1], along[0]])
-    steeper, turned = [], []
+    steeper: dict[ViewName, Array] = {}
+    turned: dict[ViewName, Array] = {}
     for name, record in design.views.by_name.items():
         slope, moved = grid.slopes[name], changes[name] * camera.pixel_pitch_mm
         radius, per_slope = radius_and_slope(camera, record, slope)
-        steeper.append(np.sum(along * moved, axis=1) / per_slope)
-        turned.append(np.sum(across * moved, axis=1) / radius)
-    upper, lower = steeper
-    epipolar = (turned[0] - turned[1]) * (PANORAMA_COLUMNS / (2.0 * np.pi))
-    return epipolar, grid.distance_mm / design.baseline_mm * (upper - lower)
+        steeper[name] = np.sum(along * moved, axis=1) / per_slope
+        turned[name] = np.sum(across * moved, axis=1) / radius
+    epipolar = (turned["upper"] - turned["lower"]) * (PANORAMA_COLUMNS / (2.0 * np.pi))
+    return epipolar, grid.distance_mm / design.baseline_mm * (steeper["upper"] - steeper["lower"])
 
 
 def viewpoint_of(projection: Projection) -> tuple[Array, Array]:

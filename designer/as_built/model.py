@@ -22,7 +22,7 @@ from designer.as_built.compensation import (
 )
 from designer.as_built.dual import Array
 from designer.as_built.merits import Grid, Merits, errors_of, first_order_errors, grid_of, merits_of
-from designer.as_built.parameters import Parameter, parameters_of, record_of
+from designer.as_built.parameters import Parameter, as_built_record, parameters_of
 from designer.as_built.projection import Linear, Projection, linearise, project
 from designer.as_built.sharpness import SharpPoints, blur_of_limit, sharp_points
 from designer.design import VIEW_NAMES, Design, ViewName
@@ -144,7 +144,7 @@ def with_departures(design: Design, values: Array) -> Design:
         No design file can hold such departures.
     """
     try:
-        record = record_of(design, values).model_dump()
+        record = as_built_record(design, values).model_dump()
         return Design.model_validate({**design.model_dump(by_alias=True), "as_built": record})
     except ValidationError as error:
         raise InputError(describe_validation_error("departures", error)) from None

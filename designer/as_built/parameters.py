@@ -80,7 +80,7 @@ def values_of(design: Design, as_built: AsBuilt | None = None) -> Array:
     )
 
 
-def record_of(design: Design, values: ArrayLike) -> AsBuilt:
+def as_built_record(design: Design, values: ArrayLike) -> AsBuilt:
     """The record of one sensor's departures (parameters,)."""
     parts: dict[str, dict[str, float]] = {}
     for parameter, value in zip(parameters_of(design), np.asarray(values, dtype=float), strict=True):

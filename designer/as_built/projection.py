@@ -15,7 +15,7 @@ import numpy as np
 from designer.as_built.dual import Array, Number, slopes_of, value_of, variables
 from designer.as_built.image import built_places, slopes_towards, stretched
 from designer.as_built.parameters import CAMERA, parameters_of, systems_of
-from designer.as_built.tracing import PosedCamera, PosedMirror, Triple, follow, leave_camera
+from designer.as_built.tracing import PosedCamera, PosedMirror, Triple, follow_rays, leave_camera
 from designer.design import Design, ViewName
 
 # A pixel is some 3e-4 of slope. Newton's method squares the error with its last step, so less than 1e-12 is left.
@@ -58,7 +58,7 @@ class Projection:
 
 def targets_of(design: Design, view: ViewName, points_mm: Array) -> Targets:
     """Points (n, 3) in mm as a view's own viewpoint sees them."""
-    record = getattr(design.views, view)
+    record = design.views.by_name[view]
     x, y, z = points = np.ascontiguousarray(np.asarray(points_mm, dtype=float).T)
     distance = np.hypot(x, y)
     cosine, sine = x / distance, y / distance
@@ -97,7 +97,7 @@ def project(
     ``about_design``, the derivatives of the design without departures, shortens the search for the rays.
     """
     count, number = len(values), targets.points_mm.shape[1]
-    path = getattr(design.views, view).path
+    path = design.views.by_name[view].path
     found = Projection(
         np.empty((2, count, number)),
         np.empty((2, count, number)),
@@ -132,7 +132,7 @@ def linearise(design: Design, view: ViewName, targets: Targets, values: Array | 
     """
     at = np.zeros(len(parameters_of(design))) if values is None else values
     plain = systems_of(design, list(at[:, None, None]))
-    light = aim(plain.camera, plain.along(getattr(design.views, view).path), targets, targets.slopes[:, None])
+    light = aim(plain.camera, plain.along(design.views.by_name[view].path), targets, targets.slopes[:, None])
     if not np.isfinite(light.slopes).all():
         raise ValueError(f"the {view} view does not show all points")
     return derivatives_at(design, view, targets, at, light.slopes)
@@ -143,7 +143,7 @@ def derivatives_at(design: Design, view: ViewName, targets: Targets, values: Arr
 
     What the light of the view does not meet has derivatives of zero, and costs nothing.
     """
-    path = getattr(design.views, view).path
+    path = design.views.by_name[view].path
     parameters = parameters_of(design)
     met = [place for place, parameter in enumerate(parameters) if parameter.part in (*path, CAMERA)]
     # One variable for each departure, then the two slopes: their derivatives are independent of one another.
@@ -167,7 +167,7 @@ def derivatives_at(design: Design, view: ViewName, targets: Targets, values: Arr
 
 
 @dataclass(frozen=True, slots=True)
-class Light:
+class AimedRays:
     """Chief rays through points, and what the rays beside them do.
 
     ``slopes`` (2, T, n) at the pinhole; ``by_place`` (2, 2, T, n) how they change with the place in the pupil, 1/mm;
@@ -180,7 +180,7 @@ class Light:
     ahead: Array
 
 
-def aim(camera: PosedCamera, mirrors: list[PosedMirror], targets: Targets, slopes: Array) -> Light:
+def aim(camera: PosedCamera, mirrors: list[PosedMirror], targets: Targets, slopes: Array) -> AimedRays:
     """The rays from the pinhole that pass through the points, by Newton's method from slopes (2, T, n)."""
     zero = np.zeros(slopes.shape[1:])
     with np.errstate(all="ignore"):
@@ -199,7 +199,7 @@ def aim(camera: PosedCamera, mirrors: list[PosedMirror], targets: Targets, slope
             np.stack([value_of(part) + np.einsum("jtn,jtn->tn", slopes_of(part, 4)[:2], step) for part in triple])
             for triple in ray
         )
-    return Light(slopes + found, by_place + found, start + found, ahead + found)
+    return AimedRays(slopes + found, by_place + found, start + found, ahead + found)
 
 
 def _approach(
@@ -224,7 +224,7 @@ def _miss(
 
     NaN for a ray that points away from its point.
     """
-    point, ahead = follow(mirrors, *leave_camera(camera, (slopes[0], slopes[1]), start))
+    point, ahead = follow_rays(mirrors, *leave_camera(camera, (slopes[0], slopes[1]), start))
     x, y, z = targets.points_mm
     offset = (x - point[0], y - point[1], z - point[2])
     to_right, up, towards = (
@@ -235,7 +235,7 @@ def _miss(
     return [side[1] / towards[1] - side[0] / towards[0] + aims for side in (to_right, up)], (point, ahead)
 
 
-def _blur_px(design: Design, built: PosedCamera, light: Light) -> Array:
+def _blur_px(design: Design, built: PosedCamera, light: AimedRays) -> Array:
     """Largest blur (T, n) in px of the light of the points.
 
     Light from the place a of the pupil reaches the point at other slopes than the chief ray, by a d slopes/da; the lens

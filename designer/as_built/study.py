@@ -10,18 +10,14 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
-import platform
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 from pydantic import JsonValue
 
-from designer import __version__
 from designer.as_built.budget import Budget, allocate, tolerances_of
 from designer.as_built.compensation import Calibration
 from designer.as_built.dual import Array
@@ -34,6 +30,7 @@ from designer.design import Design, design_to_json
 from designer.evaluate.score import check_image_law
 from designer.files import InputError, as_json
 from designer.notebook_html import html_table, percent
+from designer.own_files import described_run
 from designer.verify.judge import judge
 
 MOST_TRIALS = 1_000_000
@@ -155,7 +152,7 @@ def study_tolerances(
     return ToleranceStudy(model, tolerances, values, impacts, found, seed, align, problems, budget)
 
 
-def write_study(study: ToleranceStudy, folder: Path, written_trials: Sequence[int] = ()) -> list[Path]:
+def write_tolerance_study(study: ToleranceStudy, folder: Path, written_trials: Sequence[int] = ()) -> list[Path]:
     """Write the results folder, and a design file for some trials; returns the files.
 
     Raises
@@ -247,10 +244,7 @@ def summary(study: ToleranceStudy) -> dict[str, JsonValue]:
         },
         "sensitivity": as_json(impacts),
         "provenance": {
-            "designer": __version__,
-            "versions": {"python": platform.python_version(), "numpy": np.__version__, "scipy": version("scipy")},
-            "command": " ".join(["designer", *sys.argv[1:]]),
-            "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+            **described_run({"numpy": np.__version__, "scipy": version("scipy")}),
             "design_sha256": hashlib.sha256(design_to_json(design).encode()).hexdigest(),
             "tolerances": as_json(study.tolerances.model_dump(exclude_none=True)),
             "seed": study.seed,

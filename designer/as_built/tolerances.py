@@ -223,7 +223,7 @@ def is_open(tolerances: Tolerances, part: str, key: str) -> bool:
     return all(getattr(table, key) is None for table in _given(tolerances, part))
 
 
-def value_of(grade: Grade, part: str, key: str) -> float:
+def tolerance_of_grade(grade: Grade, part: str, key: str) -> float:
     """A tolerance of a grade, in the unit of its key."""
     of_mirrors, of_camera = GRADES[grade]
     return float(getattr(of_camera if part == CAMERA else of_mirrors, key))
@@ -235,9 +235,14 @@ def _given(tolerances: Tolerances, part: str) -> tuple[Table, ...]:
     return (tolerances.mirror.get(part, MirrorTolerances()), tolerances.mirrors)
 
 
+def tolerance_of_part(tolerances: Tolerances, part: str, key: str) -> float:
+    """A tolerance of a mirror or of the camera, in the unit of its key: the file's, else the grade's."""
+    given = (value for table in _given(tolerances, part) if (value := getattr(table, key)) is not None)
+    return float(next(given, tolerance_of_grade(tolerances.grade, part, key)))
+
+
 def _tolerance(design: Design, parameter: Parameter, tolerances: Tolerances) -> float:
     part, key = parameter.part, key_of(parameter)
-    given = (value for table in _given(tolerances, part) if (value := getattr(table, key)) is not None)
-    value = float(next(given, value_of(tolerances.grade, part, key)))
+    value = tolerance_of_part(tolerances, part, key)
     nominal = design.camera.focal_length_mm if part == CAMERA else design.mirror(part).radius_mm
     return value / 100.0 * abs(nominal or 0.0) if key.endswith("_percent") else value

@@ -56,7 +56,7 @@ def leave_camera(camera: PosedCamera, slopes: tuple[Number, Number], start: tupl
     return [_moved(_turned(camera.turn, (*start, 0.0)), camera.pinhole), _turned(camera.turn, direction)]
 
 
-def follow(mirrors: Sequence[PosedMirror], point: Triple, direction: Triple) -> tuple[Triple, Triple]:
+def follow_rays(mirrors: Sequence[PosedMirror], point: Triple, direction: Triple) -> tuple[Triple, Triple]:
     """Exit points and directions of rays after mirrors, in order; NaN where a mirror is missed."""
     for mirror in mirrors:
         point, direction = reflect_at(mirror, point, direction)

@@ -55,7 +55,7 @@ class Trials:
     result: Yield
 
 
-def draw(tolerances: Array, trials: int, seed: int) -> Array:
+def draw_departures(tolerances: Array, trials: int, seed: int) -> Array:
     """Departures (trials, parameters) within tolerances (parameters,)."""
     share = np.random.default_rng(seed).random((trials, len(tolerances)))
     low = ndtr(-CUT_OFF)
@@ -74,7 +74,7 @@ def simulate(
     align
         The place of a departure that is adjusted at assembly: see :func:`designer.as_built.model.measure`.
     """
-    values = draw(tolerances, trials, seed)
+    values = draw_departures(tolerances, trials, seed)
     found = measure(model, values, align)
     after = depth_error(model, found.after.depth_bias)
     simple = depth_error(model, first_order_bias(model, values, align))
@@ -95,6 +95,15 @@ def simulate(
         blurred=None if model.sharp is None else int(np.sum(~is_sharp & ~is_blind)),
     )
     return Trials(found, depth_error(model, found.before.depth_bias), after, simple, result)
+
+
+def expected_depth_error(model: Perturbable, tolerances: Array, trials: int, seed: int, share: float = 95.0) -> float:
+    """Percentile of the calibrated depth error of sensors within tolerances, to first order.
+
+    ``tolerances`` (parameters,) are in the units of ``model.parameters``.
+    """
+    draws = draw_departures(tolerances, trials, seed)
+    return float(np.percentile(depth_error(model, first_order_bias(model, draws)), share))
 
 
 def clopper_pearson(passed: int, trials: int, confidence: float = CONFIDENCE) -> tuple[float, float]:

@@ -9,10 +9,10 @@ import numpy as np
 
 from designer.as_built.built import refuse_unbuildable
 from designer.as_built.dual import Array
-from designer.as_built.parameters import record_of
+from designer.as_built.parameters import as_built_record
 from designer.as_built.tolerances import Tolerances
 from designer.calibration.bundle import Adjusted, Sighting, adjust
-from designer.calibration.corners import refine
+from designer.calibration.corners import refine_corners
 from designer.calibration.detection import FEWEST_CORNERS, Detected, detect
 from designer.calibration.first_guess import first_pose
 from designer.calibration.target import Board, Target, board_of
@@ -77,8 +77,13 @@ def calibrate(
     ------
     InputError
         No target is found, in too few images or in one view only, or the sensor that explains the images cannot be:
-        its parts touch, or a view shows nothing.
+        its parts touch, or a view shows nothing. Or the design has a tube.
     """
+    if design.tube is not None:
+        raise InputError(
+            "housing: a sensor behind the wall of a tube is not calibrated: take the images without the tube, and the "
+            "table housing out of the design file"
+        )
     names = names or [f"image {number + 1}" for number in range(len(images))]
     as_designed = design.model_copy(update={"as_built": None})
     unknowns = unknowns_of(as_designed, tolerances, free)
@@ -119,7 +124,7 @@ def built_design(design: Design, unknowns: Unknowns, adjusted: Adjusted) -> Desi
         No sensor can be built so: parts touch, or a view is blind.
     """
     values = adjusted.values
-    record = record_of(design, values[:-2])
+    record = as_built_record(design, values[:-2])
     camera = record.camera.model_dump()
     for parameter, value in zip(unknowns.parameters[-2:], values[-2:], strict=True):
         camera[parameter.key] = float(value)
@@ -142,7 +147,8 @@ def _refined(
     values: Array,
 ) -> dict[ViewName, Detected]:
     refined = {
-        view: refine(design, view, image, target, board, detected, pose, values) for view, detected in seen.items()
+        view: refine_corners(design, view, image, target, board, detected, pose, values)
+        for view, detected in seen.items()
     }
     return {view: detected for view, detected in refined.items() if len(detected.numbers) >= FEWEST_CORNERS}
 

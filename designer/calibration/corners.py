@@ -31,7 +31,7 @@ STEPS = 3
 FARTHEST, LEAST_CORRELATION = 0.15, 0.9
 
 
-def refine(
+def refine_corners(
     design: Design,
     view: ViewName,
     raw: Image,

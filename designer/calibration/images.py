@@ -53,7 +53,7 @@ def point_images(
     if slopes is not None:
         targets = replace(targets, slopes=np.where(np.isnan(slopes), targets.slopes, slopes))
     sensor = systems_of(design, list(values[:-2, None, None]))
-    light = aim(sensor.camera, sensor.along(getattr(design.views, view).path), targets, targets.slopes[:, None])
+    light = aim(sensor.camera, sensor.along(design.views.by_name[view].path), targets, targets.slopes[:, None])
     found = np.stack(built_places(sensor.camera, (light.slopes[0], light.slopes[1])))[:, 0]
     pixels = _in_image(design, found / design.camera.pixel_pitch_mm, values)
     shown = np.flatnonzero(np.isfinite(light.slopes[:, 0]).all(axis=0))

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import platform
-import sys
 from collections.abc import Mapping
-from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
@@ -13,13 +10,12 @@ import cv2
 import numpy as np
 from pydantic import JsonValue
 
-from designer import __version__
 from designer.calibration.calibrate import CalibratedSensor
 from designer.calibration.findings import depth_uncertainty, residuals_by_region, residuals_by_view, still_open
 from designer.calibration.target import Target
 from designer.design import Design
 from designer.files import as_json
-from designer.own_files import described_inputs
+from designer.own_files import described_inputs, described_run
 
 OF_95_PERCENT = 1.959963984540054
 KEY = "calibration"
@@ -53,15 +49,7 @@ def _record(found: CalibratedSensor, target: Target, inputs: Mapping[str, Path])
         "target": target.model_dump(),
         "images_used": [place + 1 for place in found.images],
         "provenance": {
-            "designer": __version__,
-            "versions": {
-                "python": platform.python_version(),
-                "numpy": np.__version__,
-                "scipy": version("scipy"),
-                "opencv": cv2.__version__,
-            },
+            **described_run({"numpy": np.__version__, "scipy": version("scipy"), "opencv": cv2.__version__}),
             "inputs": described_inputs(inputs),
-            "command": " ".join(["designer", *sys.argv[1:]]),
-            "finished": datetime.now(UTC).isoformat(timespec="seconds"),
         },
     }

@@ -22,7 +22,7 @@ KNOWN_RULES = (
 )
 """The rules that a bound knows."""
 
-UNKNOWN_RULES = "other clearances of light and solids; aliasing in the predicted noise"
+UNKNOWN_RULES = "other clearances of light and solids; a housing; aliasing in the predicted noise"
 """What it leaves out, which can only make designs worse."""
 
 

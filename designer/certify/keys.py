@@ -6,6 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 from designer.optimise.problem import Problem
+from designer.optimise.required_numbers import SPECIFICATION_NAMES, specification_from, specification_values
 from designer.optimise.variables import bounds_of, free_ranges
 from designer.requirement import Lens, Requirement
 
@@ -26,15 +27,15 @@ class Key:
 KEYS = (
     Key("fixed", ("fixed",)),
     Key("camera.lens.radius_mm", ("lens_barrel", "lens_field")),
-    Key("manufacture.zone_gap_px", ("zone_gap",), (("zone_gap", 0.0),)),
+    Key("manufacture.zone_gap_px", ("zone_gap",), (("manufacture.zone_gap_px", 0.0),)),
     Key("manufacture.smallest_mirror_radius_mm", ("smallest_radius",)),
     Key("manufacture.clearance_mm", ("clearance",)),
     Key("manufacture.largest_slope_deg", ("steepest_slope",)),
-    Key("envelope.mirror_diameter_mm", ("largest_diameter",), (("mirror_diameter", 3.0),)),
-    Key("envelope.diameter_mm", ("envelope_diameter",), (("envelope_diameter", 3.0),)),
-    Key("camera.nearest_mirror_mm", ("nearest_mirror",), (("nearest_mirror", 0.2),)),
+    Key("envelope.mirror_diameter_mm", ("largest_diameter",), (("envelope.mirror_diameter_mm", 3.0),)),
+    Key("envelope.diameter_mm", ("envelope_diameter",), (("envelope.diameter_mm", 3.0),)),
+    Key("camera.nearest_mirror_mm", ("nearest_mirror",), (("camera.nearest_mirror_mm", 0.2),)),
     Key("camera.height_px", ("image_circle",), (("image_radius", 2.0),)),
-    Key("envelope.height_mm", ("envelope_height",), (("envelope_height", 3.0),)),
+    Key("envelope.height_mm", ("envelope_height",), (("envelope.height_mm", 3.0),)),
     Key("sharpness.max_blur_deg", ("blur",)),
 )
 """Every key that a proof can do without, in the order in which they are left out: the likeliest last."""
@@ -47,9 +48,10 @@ def kinds_of(keys: Collection[Key]) -> frozenset[str]:
 
 def loosened(problem: Problem, requirement: Requirement, lens: Lens, keys: Collection[Key]) -> Problem:
     """A problem whose ranges do not follow from the keys that are left out."""
-    factors = {field: factor for key in keys for field, factor in key.loosened}
+    factors = {name: factor for key in keys for name, factor in key.loosened}
     if not factors:
         return problem
     asked = problem.specification
-    wider = replace(asked, **{field: getattr(asked, field) * factor for field, factor in factors.items()})
+    numbers = zip(SPECIFICATION_NAMES, specification_values(asked), strict=True)
+    wider = specification_from((value * factors.get(name, 1.0) for name, value in numbers), asked.law, asked.housing)
     return replace(problem, bounds=bounds_of(problem.variant, wider, free_ranges(requirement, lens)))

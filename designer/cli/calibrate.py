@@ -25,7 +25,7 @@ HEADER = ("departure", "found", "+/-", "known before", "unit")
     type=click.Path(path_type=Path),
     required=True,
     metavar="FILE.toml",
-    help="The target's file, from designer target.",
+    help="Target file written by designer target.",
 )
 @click.option("--tolerances", type=click.Path(path_type=Path), help="TOML file of tolerances (docs/tolerances.md).")
 @click.option("--grade", help="coarse, standard or precision, instead of a file.  [default: coarse]")
@@ -33,7 +33,7 @@ HEADER = ("departure", "found", "+/-", "known before", "unit")
     "--free",
     multiple=True,
     metavar="NAME",
-    help="What to look for: a part, a key of as_built, or PART.KEY; may be repeated.  "
+    help="What to estimate: a part, a key of as_built, or PART.KEY; may be repeated.  "
     "[default: all mirrors, lens and image shift]",
 )
 @needs("imaging")
@@ -70,11 +70,11 @@ def calibrate(
     found = find(record, raws, board, asked, free, [str(path) for path in images], click.echo)
     inputs = {"design": design, "target": target, **{f"image {n + 1}": path for n, path in enumerate(images)}}
     write_design(calibrated_design(found, board, inputs), out)
-    click.echo("\n".join(describe(found)))
+    click.echo("\n".join(describe_calibration(found)))
     click.echo(f"{out} written")
 
 
-def describe(found: CalibratedSensor) -> list[str]:
+def describe_calibration(found: CalibratedSensor) -> list[str]:
     """The departures with their 95 % intervals, the residuals, and what the images do not tell."""
     from designer.calibration.findings import (
         depth_uncertainty,

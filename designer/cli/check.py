@@ -49,7 +49,7 @@ def check(
 ) -> None:
     """Check DESIGN.json end to end against ground truth; exit code 1 if it fails.
 
-    A scene is rendered through the design's lens, focused and stopped down as the design says: blur, diffraction, and
+    A scene is rendered through the design's lens, focused and stopped down as in the design: blur, diffraction, and
     light lost at mirrors and towards the rim. The image is matched and reconstructed, and its depths are compared with
     the true ones. With --pinhole the same is done through a pinhole, and the numbers of points are compared.
     """

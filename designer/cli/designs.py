@@ -35,6 +35,8 @@ def trace(design: Path) -> None:
     verdict = judge(record)
     built = _built(design, record)
     click.echo(describe(verdict, built.problems if built else ()))
+    if record.housing is not None:
+        click.echo("\n".join(_housing_lines(record)))
     _echo_built(built, record)
     if not verdict.passed or (built is not None and built.problems):
         raise SystemExit(REJECTED)
@@ -44,7 +46,7 @@ def trace(design: Path) -> None:
 @click.argument("design", type=click.Path(path_type=Path))
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def evaluate(design: Path, as_json: bool) -> None:
-    """Score and trace DESIGN.json, an existing or hand-edited design, and say how sharp it is through its lens.
+    """Score and trace DESIGN.json, an existing or hand-edited design, and report its focus and blur.
 
     If recorded values contradict the mirrors, a warning is printed and the score is that of the mirrors. Exit code 1 if
     a view of a sensor with departures (as_built) does not see all of the working volume.
@@ -59,6 +61,7 @@ def evaluate(design: Path, as_json: bool) -> None:
     from designer.verify.description import describe
     from designer.verify.judge import judge
     from designer.verify.traced_views import as_traced
+    from designer.verify.wall_reflections import wall_reflections
 
     geometry, warnings = as_traced(record)
     warnings += record_problems(geometry)
@@ -77,25 +80,30 @@ def evaluate(design: Path, as_json: bool) -> None:
         import json
         from dataclasses import asdict
 
-        content = {
+        content: dict[str, object] = {
             "warnings": warnings,
             "evaluation": summary,
             "monte_carlo": measured,
             "focus": focus,
             "trace": asdict(verdict),
         }
+        if geometry.tube is not None:
+            content["wall_reflections_deg"] = wall_reflections(geometry)
         if built is not None:
             content["as_built"] = asdict(built)
         click.echo(json.dumps(_plain(content), indent=2))
         _exit_if_blind(built)
         return
-    del summary["fabrication_notes"], summary["focus"]
+    for said_in_words in ("fabrication_notes", "focus", "housing"):
+        summary.pop(said_in_words, None)
     click.echo("\n".join(_outline(_plain(summary))))
     click.echo("\n".join(["", _what_the_points_count(geometry)]))
     click.echo("\n".join(_what_the_scale_does(score.depth, geometry.scale_uncertainty)))
     click.echo("\n".join(_how_good_the_score_is(score.depth, measured)))
     if focus is not None:
         click.echo("\n".join([*describe_focus(focus), ""]))
+    if geometry.housing is not None:
+        click.echo("\n".join([*_housing_lines(geometry), ""]))
     if score.fabrication_notes:
         click.echo("\n".join(["before ordering mirrors:", *(f"  - {note}" for note in score.fabrication_notes), ""]))
     click.echo(describe(verdict, built.problems if built else ()))
@@ -126,6 +134,15 @@ def _exit_if_blind(built: BuiltSensor | None) -> None:
     """No score holds for a sensor that does not see all of the working volume."""
     if built is not None and len(built.problems) > len(built.contacts):
         raise SystemExit(REJECTED)
+
+
+def _housing_lines(design: Design) -> list[str]:
+    """What the housing is and does, where its numbers say so."""
+    from designer.cli.housing import describe_housing
+    from designer.evaluate.housing import housing_score
+    from designer.verify.wall_reflections import wall_reflections
+
+    return describe_housing(housing_score(design), wall_reflections(design))
 
 
 def _what_the_points_count(design: Design) -> str:

@@ -28,17 +28,25 @@ class _ListsFormats(click.Command):
 @click.command(cls=_ListsFormats)
 @design_argument
 @click.option("--to", "name", metavar="NAME", required=True, help="Format, one of those below.")
+@click.option(
+    "--tolerances",
+    "named",
+    metavar="GRADE|FILE.toml",
+    help="Tolerances for the drawing sheets: coarse, standard, precision, or a file such as designer tolerance writes.",
+)
 @click.option("-o", "--out", type=click.Path(path_type=Path), required=True, help="File or folder to write.")
-def export(design: Path, name: str, out: Path) -> None:
+def export(design: Path, name: str, named: str | None, out: Path) -> None:
     """Write DESIGN.json in a format of another program, lengths in mm."""
     from designer.export.formats import EXPORTS, WITHOUT_DEPARTURES, check_target, export_design
 
     check_target(name, out)
+    from designer.as_built.named import named_tolerances
     from designer.design import read_design
 
     record = read_design(design)
+    tolerances = None if named is None else named_tolerances(named, record)
     try:
-        written = export_design(record, name, out)
+        written = export_design(record, name, out, tolerances)
     except UnwritableError:
         raise
     except InputError as error:

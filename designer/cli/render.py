@@ -36,7 +36,7 @@ Pose = tuple[float, float, float, float, float, float]
 @click.option(
     "--samples", type=int, help="Rays along each side of a pixel (squared per pixel).  [default: 2; 3 with --lens]"
 )
-@lens_option("Through the design's lens instead of a pinhole: f-number, focus, lost light, diffraction.")
+@lens_option("Render through the design's lens instead of a pinhole: f-number, focus, lost light, diffraction.")
 @detector_options(read_noise_electrons=None)
 @click.option("--bits", type=click.Choice(["8", "16"]), default="8", show_default=True, help="Bit depth.")
 @texture_option
@@ -49,14 +49,14 @@ Pose = tuple[float, float, float, float, float, float]
     "--target",
     type=click.Path(path_type=Path),
     metavar="FILE.toml",
-    help="Also a calibration target, from designer target; the scene then has its natural textures.",
+    help="Add a target written by designer target to the scene, which then has its natural textures.",
 )
 @click.option(
     "--target-pose",
     type=(float, float, float, float, float, float),
     metavar="AZIMUTH DISTANCE HEIGHT X Y Z",
-    help="Where the middle of the target is (degrees, mm from the axis, mm above the middle of the baseline), and the "
-    "degrees by which it is turned from facing the axis, about its right, down and ahead.",
+    help="Position of the target's centre (azimuth in degrees, mm from the axis, mm above the middle of the baseline) "
+    "and its rotation in degrees from facing the axis, about its right, down and forward axes.",
 )
 @needs("imaging")
 def render(
@@ -90,7 +90,7 @@ def render(
     from designer.imaging.images import write_image
     from designer.imaging.render.detector import expose
     from designer.imaging.render.ground_truth_file import write_truth
-    from designer.imaging.render.lens import Lens, default_samples, describe_lens
+    from designer.imaging.render.lens import RenderedLens, default_samples, describe_lens
     from designer.imaging.render.raytracing import ground_truth
     from designer.imaging.render.raytracing import render as render_image
     from designer.imaging.render.scenes.library import build_world
@@ -100,7 +100,7 @@ def render(
         world = _with_target(world, record, target, target_pose)
     elif target_pose is not None:
         raise InputError("--target-pose: needs --target, the file of the target")
-    lens = Lens() if through_lens else None
+    lens = RenderedLens() if through_lens else None
     samples = default_samples(lens) if samples is None else samples
     image = render_image(record, world, samples=samples, aperture=through_lens, seed=seed, lens=lens)
     detector = None if noise_electrons is None else detector_of(noise_electrons, full_well_electrons)

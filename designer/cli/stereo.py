@@ -54,7 +54,7 @@ FARTHEST_CENTRE_PX, LARGEST_NOISE_PX = 1e6, 1000.0
     "--mirror-reflectivity",
     type=click.FloatRange(0.01, 1.0),
     metavar="R",
-    help="Even out the views by the light lost at mirrors of this reflectivity and towards the rim of the lens.",
+    help="Compensate for the light lost at mirrors of this reflectivity and towards the rim of the lens.",
 )
 @click.option("--noise-px", type=float, help="Noise of an image point, used for the uncertainties.")
 @click.option("--slab-mm", type=(float, float), metavar="LOW HIGH", help="Range of heights z in the floor plan.")
@@ -140,15 +140,16 @@ def _is_placed(asked: dict[str, Any]) -> bool:
 def _print_centres(found: FoundCentres) -> None:
     from math import degrees
 
-    from designer.imaging.stereo.placement import ImagePlacement
+    from designer.design import VIEW_NAMES
+    from designer.imaging.stereo.placement import ImagePlacement, placement_of_view
 
     placement, errors = found.placement, found.standard_errors_px
     if isinstance(placement, ImagePlacement):
         click.echo("center: {:.2f} {:.2f}".format(*placement.center_px))
     else:
-        for number, (name, view) in enumerate((("upper", placement.upper), ("lower", placement.lower))):
-            known = f" (standard error {errors[number]:.2g} px)" if errors else ""
-            click.echo("{} center: {:.2f} {:.2f}".format(name, *view.center_px) + known)
+        for name in VIEW_NAMES:
+            known = f" (standard error {errors[name]:.2g} px)" if errors else ""
+            click.echo("{} center: {:.2f} {:.2f}".format(name, *placement_of_view(placement, name).center_px) + known)
         turn = degrees(placement.lower.rotation_rad - placement.upper.rotation_rad)
         known = "" if found.turn_error_rad is None else f" (standard error {degrees(found.turn_error_rad):.1g} degrees)"
         click.echo(f"the lower view is turned by {turn:.3f} degrees against the upper one{known}")

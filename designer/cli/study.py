@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from designer.cli.tolerated import forgiveness, tolerances_named, tolerate_best
+from designer.cli.comparators import compare_ideas, other_ideas
+from designer.cli.tolerated import forgiveness, tolerate_best
 from designer.extras import needs, require_extra
 from designer.files import InputError
 
 if TYPE_CHECKING:
-    from designer.as_built.tolerances import Tolerances
+    from designer.as_built.named import NamedTolerances
     from designer.requirement import Requirement
     from designer.requirement.model import Objective
     from designer.study.columns import Column
@@ -75,6 +76,12 @@ def _is_requirement(word: str) -> bool:
     help="Also build sensors of the best designs within tolerances (docs/tolerances.md): coarse, standard, precision "
     "(if none is named), or a file.",
 )
+@click.option(
+    "--comparators",
+    is_flag=True,
+    help="Also design what else could be built for the requirement: stacked cameras, a double-lobed mirror, two "
+    "spheres, plane mirrors (docs/comparators.md).",
+)
 @click.option("--jobs", type=click.IntRange(min=1), help="Number of processes.  [default: one per core]")
 @click.option("--quiet", is_flag=True, help="Print nothing.")
 def study(
@@ -84,6 +91,7 @@ def study(
     only: tuple[str, ...],
     checks: int,
     tolerances: str | None,
+    comparators: bool,
     jobs: int | None,
     quiet: bool,
 ) -> None:
@@ -100,7 +108,7 @@ def study(
     if checks:
         require_extra("imaging", "checking designs end to end", "or use --checks 0")
         _refuse_too_large(asked)
-    tolerated = None if tolerances is None else tolerances_named(tolerances)
+    tolerated = None if tolerances is None else _tolerances(tolerances)
 
     from designer.study.claim import claimed
     from designer.study.names import names_of_study
@@ -108,7 +116,13 @@ def study(
     with claimed(folder, names_of_study(each.name for each in asked.configurations)) as kept:
         if not quiet:
             _tell_beforehand(asked, folder, kept)
-        _run(asked, folder, not no_pdf, checks, tolerated, jobs, quiet)
+        _run(asked, folder, not no_pdf, checks, tolerated, comparators, jobs, quiet)
+
+
+def _tolerances(named: str) -> NamedTolerances:
+    from designer.as_built.named import named_tolerances
+
+    return named_tolerances(named)
 
 
 def _tell_beforehand(asked: Requirement, folder: Path, kept: list[str]) -> None:
@@ -126,7 +140,8 @@ def _run(
     folder: Path,
     with_pdf: bool,
     checks: int,
-    tolerated: tuple[Tolerances, str] | None,
+    tolerated: NamedTolerances | None,
+    comparators: bool,
     jobs: int | None,
     quiet: bool,
 ) -> None:
@@ -143,7 +158,9 @@ def _run(
         found = run_study(asked, folder, jobs=jobs or cores(), progress=progress)
     _check_best(found, folder, checks, jobs or cores(), quiet)
     if tolerated is not None and found.feasible:
-        found = tolerate_best(found, folder, *tolerated, jobs or cores(), quiet)
+        found = tolerate_best(found, folder, tolerated, jobs or cores(), quiet)
+    if comparators:
+        found = compare_ideas(found, folder, jobs or cores(), quiet)
     whole = with_checks(found, folder)
     page = _write_page(whole, folder)
     pdf = None
@@ -238,6 +255,7 @@ def _result(found: Study, folder: Path, pdf: Path | None) -> str:
         parts += [*_lenses(found), *forgiveness(found), *_notes_on_best(found, folder, pdf)]
     else:
         parts += _why_nothing(found)
+    parts += other_ideas(found)
     parts.append(f"{pdf or folder / RESULTS}")
     return "\n".join(parts)
 

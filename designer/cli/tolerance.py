@@ -57,7 +57,7 @@ CALIBRATED = {
     "asked_percent",
     type=float,
     metavar="PERCENT",
-    help="Find the cheapest tolerances with which this percentage of the sensors is good.",
+    help="Find the cheapest tolerances for which this percentage of the sensors is good.",
 )
 @click.option(
     "--write-trial", "numbers", type=int, multiple=True, help="Also write trial N as a design file; may be repeated."
@@ -87,7 +87,7 @@ def tolerance(
         raise InputError(f"--budget {asked_percent:g}: must be more than 0 and less than 100 (percent)")
     record = read_design(design)
     from designer.as_built.folder import check_tolerance_folder
-    from designer.as_built.study import study_tolerances, write_study
+    from designer.as_built.study import study_tolerances, write_tolerance_study
     from designer.as_built.tolerances import read_tolerances, tolerances_of_grade
 
     check_tolerance_folder(out)
@@ -97,16 +97,16 @@ def tolerance(
         study = study_tolerances(record, asked, trials, seed, align, calibration, asked_yield)
     except InputError as error:
         raise InputError(f"{design}: {error}") from None
-    files = write_study(study, out, numbers)
+    files = write_tolerance_study(study, out, numbers)
     if study.problems:
         click.echo(f"rejected by the ray tracer: {'; '.join(study.problems)}", err=True)
-    click.echo("\n".join(describe(study)))
+    click.echo("\n".join(describe_tolerances(study)))
     click.echo("\n".join(f"{path} written" for path in files))
     if study.problems:
         raise SystemExit(REJECTED)
 
 
-def describe(study: ToleranceStudy) -> list[str]:
+def describe_tolerances(study: ToleranceStudy) -> list[str]:
     """The table of departures, and the yield in words."""
     from designer.as_built.sharpness import describe_limit
     from designer.as_built.study import percentiles

@@ -8,47 +8,30 @@ from typing import TYPE_CHECKING
 
 import click
 
-from designer.files import InputError
-
 if TYPE_CHECKING:
-    from designer.as_built.tolerances import Tolerances
+    from designer.as_built.named import NamedTolerances
     from designer.study.study import Study
     from designer.study.tolerances import StudyTolerances
 
 
-def tolerances_named(named: str) -> tuple[Tolerances, str]:
-    """The tolerances of a grade or of a file, and what to call them.
+def tolerate_best(found: Study, folder: Path, asked: NamedTolerances, jobs: int, quiet: bool) -> Study:
+    """The study with what its best designs forgive, and the most forgiving one; written into its folder."""
+    from designer.study.tolerances import TRIALS, ToleranceProgress, to_be_built, tolerate_designs
 
-    Raises
-    ------
-    InputError
-        There is no such grade, or the file cannot be used.
-    """
-    from designer.as_built.tolerances import GRADES, read_tolerances, tolerances_of_grade
-
-    if named in GRADES:
-        return tolerances_of_grade(named), named
-    if not named.endswith(".toml"):
-        raise InputError(f"--tolerances {named}: must be {', '.join(GRADES)}, or a TOML file")
-    return read_tolerances(Path(named)), Path(named).name
-
-
-def tolerate_best(found: Study, folder: Path, tolerances: Tolerances, name: str, jobs: int, quiet: bool) -> Study:
-    """The study with what its best designs forgive; written into its folder, and told as it goes on."""
-    from designer.study.tolerances import TRIALS, ToleranceProgress, tolerate_designs
-
-    designs = [design for _, design in found.best()]
+    best, every = len(found.best()), [design for _, design in found.best(len(found.feasible))]
+    designs = to_be_built(every, asked.values, best=best, seed=found.requirement.solve.seed)
     if not quiet:
-        which = "best design" if len(designs) == 1 else f"{len(designs)} best designs"
-        click.echo(f"Building {TRIALS} sensors of the {which} within tolerances ({name}) ...", err=True)
+        which = "best design" if best == 1 else f"{best} best designs"
+        which += " and of one that forgives more" if len(designs) > best else ""
+        click.echo(f"Building {TRIALS} sensors of the {which} within tolerances ({asked.name}) ...", err=True)
 
     def tell(progress: ToleranceProgress) -> None:
         click.echo(f"[{progress.done}/{progress.total}] {progress.configuration}: sensors built and traced", err=True)
 
     result = tolerate_designs(
         designs,
-        tolerances,
-        name,
+        asked.values,
+        asked.name,
         folder,
         jobs=jobs,
         seed=found.requirement.solve.seed,

@@ -15,8 +15,8 @@ from designer.files import InputError
 def view(path: Path) -> None:
     """Open a study's study.html, or one design, in the browser; without a browser, print where the page is.
 
-    A folder without study.html gets it first. A design in the folder of a study is shown there, any other on a page of
-    its own in the folder for temporary files.
+    If the folder has no study.html, it is written first. A design in the folder of a study is shown on the study's
+    page, any other on a page of its own in the folder for temporary files.
     """
     page, fragment = (_page_of_study(path), "") if path.is_dir() else _page_of_design(path)
     _open(page, fragment)

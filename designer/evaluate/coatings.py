@@ -19,7 +19,7 @@ class Coating:
 
 
 @dataclass(frozen=True, slots=True)
-class Material:
+class BlankMaterial:
     """What a blank is made of, and how its face is made."""
 
     name: str
@@ -33,4 +33,4 @@ COATINGS = (
 )
 """The default comes first."""
 
-ALUMINIUM_6061 = Material("aluminium EN AW-6061", "diamond-turned")
+ALUMINIUM_6061 = BlankMaterial("aluminium EN AW-6061", "diamond-turned")

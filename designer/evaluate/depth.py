@@ -16,14 +16,14 @@ ray beyond 90 degrees at the pinhole the numbers mean nothing; no zone inside an
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from designer.design import Design, Sense
+from designer.design import Design, PerView, Sense
 from designer.evaluate.scale import relative_depth_shift_per_scale
 from designer.optics.backend import Scalar, is_symbolic, row_by_row, sqrt, stack, tan, total
 from designer.optics.image_law import PERSPECTIVE, ImageLaw, image_law_of
@@ -59,8 +59,8 @@ class StereoPair:
     law: ImageLaw = PERSPECTIVE
 
 
-NoiseModel = Callable[[Scalar, Scalar, Scalar], tuple[Scalar, Scalar]]
-"""Noise of the image radius, mm on the sensor, in the lower and the upper view, at their slopes and a distance."""
+NoiseModel = Callable[[PerView[Scalar], Scalar], PerView[Scalar]]
+"""Noise of the image radius, mm on the sensor, in each view, at the slopes of both and a distance."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,45 +111,29 @@ def slope_error(
     return noise_mm * (1.0 + slope * slope) / image_radius_slope(slope, gain, principal_distance, sense, law)
 
 
-def relative_depth_error(
-    elevation_tangent_lower: Scalar,
-    elevation_tangent_upper: Scalar,
-    gain_lower: Scalar,
-    sense_lower: Sense,
-    gain_upper: Scalar,
-    sense_upper: Sense,
-    baseline: Scalar,
-    principal_distance: Scalar,
-    noise_mm: Scalar | tuple[Scalar, Scalar],
-    law: ImageLaw = PERSPECTIVE,
-) -> Scalar:
-    """sigma_D / D, to first order, of the point seen at the two given slopes.
+def depth_error_of_slopes(pair: StereoPair, slopes: PerView[Scalar], noise_mm: Scalar | PerView[Scalar]) -> Scalar:
+    """sigma_D / D by noise alone, to first order, of the point that the views see at the given slopes.
 
     Parameters
     ----------
-    elevation_tangent_lower, elevation_tangent_upper
-        tan(phi) at the lower and at the upper viewpoint; the distance is baseline / (lower - upper).
-    gain_lower, sense_lower, gain_upper, sense_upper
-        The gain kappa and the sense of each view.
-    baseline, principal_distance
-        In mm.
+    slopes
+        tan(phi) at each viewpoint; the distance is baseline / (lower - upper).
     noise_mm
-        Standard deviation of the image radius, in mm on the sensor: of each view alike, or of the lower and the upper.
-    law
-        That of the lens.
+        Standard deviation of the image radius, in mm on the sensor: of both views alike, or of each.
     """
-    noise_lower, noise_upper = noise_mm if isinstance(noise_mm, tuple) else (noise_mm, noise_mm)
-    error_lower = slope_error(elevation_tangent_lower, gain_lower, sense_lower, principal_distance, noise_lower, law)
-    error_upper = slope_error(elevation_tangent_upper, gain_upper, sense_upper, principal_distance, noise_upper, law)
-    distance_per_baseline = 1.0 / (elevation_tangent_lower - elevation_tangent_upper)
+    noise = noise_mm if isinstance(noise_mm, PerView) else PerView(lower=noise_mm, upper=noise_mm)
+    principal_distance, law = pair.principal_distance, pair.law
+    error_lower = slope_error(slopes.lower, pair.gain_lower, pair.sense_lower, principal_distance, noise.lower, law)
+    error_upper = slope_error(slopes.upper, pair.gain_upper, pair.sense_upper, principal_distance, noise.upper, law)
+    distance_per_baseline = 1.0 / (slopes.lower - slopes.upper)
     # sqrt(x^2 + y^2) of the two never vanishes, so its derivative stays finite for the optimiser.
     return distance_per_baseline * sqrt(error_lower * error_lower + error_upper * error_upper)
 
 
-def slopes_of_point(elevation_slope: Scalar, distance: Scalar, baseline: Scalar) -> tuple[Scalar, Scalar]:
-    """tan(phi) at the lower and at the upper viewpoint of a point given by tan(elevation) from the middle and D."""
+def slopes_of_point(elevation_slope: Scalar, distance: Scalar, baseline: Scalar) -> PerView[Scalar]:
+    """tan(phi) at either viewpoint of a point given by tan(elevation) from the middle and D."""
     parallax = baseline / (2.0 * distance)
-    return elevation_slope + parallax, elevation_slope - parallax
+    return PerView(lower=elevation_slope + parallax, upper=elevation_slope - parallax)
 
 
 def depth_error_rms(
@@ -165,7 +149,8 @@ def depth_error_rms(
     def error_at(slopes: Scalar, distances: Scalar) -> Scalar:
         return _relative_depth_error_at(pair, slopes, distances, noise_mm, scale_uncertainty)
 
-    return _rms_over(pair, volume, error_at, [scale_uncertainty, *([] if callable(noise_mm) else [noise_mm])])
+    given = [*_numbers_of(pair), scale_uncertainty, *([] if callable(noise_mm) else [noise_mm])]
+    return rms_over_volume(volume, error_at, given)
 
 
 def depth_shift_per_scale_rms(pair: StereoPair, volume: Volume) -> Scalar:
@@ -173,11 +158,13 @@ def depth_shift_per_scale_rms(pair: StereoPair, volume: Volume) -> Scalar:
 
     Times the uncertainty of the scale it is the systematic part of the score. Broadcasts over arrays of designs.
     """
-    return _rms_over(pair, volume, lambda slopes, distances: depth_shift_per_scale(pair, slopes, distances), [])
+    return rms_over_volume(
+        volume, lambda slopes, distances: depth_shift_per_scale(pair, slopes, distances), _numbers_of(pair)
+    )
 
 
-def _rms_over(
-    pair: StereoPair, volume: Volume, value_at: Callable[[Scalar, Scalar], Scalar], given: list[Scalar]
+def rms_over_volume(
+    volume: Volume, value_at: Callable[[Scalar, Scalar], Scalar], given: Sequence[Scalar] = ()
 ) -> Scalar:
     """Root mean square over a volume of a value that depends on tan(elevation), distance and whatever is ``given``.
 
@@ -186,8 +173,8 @@ def _rms_over(
     """
     near, far = volume.distances
     low, high = (half_angle_tangent(tan(elevation), "direct") for elevation in volume.elevations)
-    given = [low, high, near, far, pair.gain_lower, pair.gain_upper, pair.baseline, pair.principal_distance, *given]
-    dimensions = max(map(np.ndim, given)) if not any(map(is_symbolic, given)) else 1
+    numbers = [low, high, near, far, *given]
+    dimensions = max(map(np.ndim, numbers)) if not any(map(is_symbolic, numbers)) else 1
     nodes = volume_nodes(volume)
     weights = _rows([node.weight for node in nodes], dimensions)
     slopes = _rows([node.slope for node in nodes], dimensions)
@@ -220,6 +207,10 @@ def volume_nodes(volume: Volume) -> list[VolumeNode]:
     ]
 
 
+def _numbers_of(pair: StereoPair) -> list[Scalar]:
+    return [pair.gain_lower, pair.gain_upper, pair.baseline, pair.principal_distance]
+
+
 def _rows(values: list[Scalar], dimensions: int) -> Scalar:
     """Values as rows that broadcast against arrays of so many dimensions; symbols as a column."""
     if any(map(is_symbolic, values)):
@@ -249,8 +240,10 @@ def worst_depth_error(
 
 def depth_shift_per_scale(pair: StereoPair, elevation_slope: Scalar, distance: Scalar) -> Scalar:
     """(dD / D) / epsilon at points given by tan(elevation) from the middle of the baseline and by distance in mm."""
+    slopes = slopes_of_point(elevation_slope, distance, pair.baseline)
     return relative_depth_shift_per_scale(
-        *slopes_of_point(elevation_slope, distance, pair.baseline),
+        slopes.lower,
+        slopes.upper,
         pair.gain_lower,
         pair.sense_lower,
         pair.gain_upper,
@@ -316,7 +309,8 @@ def point_covariance(
     -------
     Array of shape (..., 3, 3).
     """
-    lower, upper = slopes_of_point(elevation_slope, distance, pair.baseline)
+    slopes = slopes_of_point(elevation_slope, distance, pair.baseline)
+    lower, upper = slopes.lower, slopes.upper
     errors = (
         slope_error(lower, pair.gain_lower, pair.sense_lower, pair.principal_distance, noise_mm, pair.law),
         slope_error(upper, pair.gain_upper, pair.sense_upper, pair.principal_distance, noise_mm, pair.law),
@@ -344,48 +338,30 @@ def point_covariance(
 
 def disparity_steps(
     pair: StereoPair, elevation_slope: Scalar, distance: Scalar, pixel_pitch_mm: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """How far a point recedes (mm) when its disparity shrinks by one pixel, in the lower and in the upper view.
+) -> PerView[NDArray[np.float64]]:
+    """How far a point recedes (mm) when its disparity shrinks by one pixel, in either view.
 
     Exact, not first order; infinite where one pixel less puts the point at infinity.
     """
     slopes = slopes_of_point(elevation_slope, distance, pair.baseline)
-    lower = _slope_one_pixel_on(slopes[0], pair.gain_lower, pair.sense_lower, pair, pixel_pitch_mm, -1.0)
-    upper = _slope_one_pixel_on(slopes[1], pair.gain_upper, pair.sense_upper, pair, pixel_pitch_mm, 1.0)
-    return (
-        _distance_at(lower, slopes[1], pair.baseline) - distance,
-        _distance_at(slopes[0], upper, pair.baseline) - distance,
+    lower = _slope_one_pixel_on(slopes.lower, pair.gain_lower, pair.sense_lower, pair, pixel_pitch_mm, -1.0)
+    upper = _slope_one_pixel_on(slopes.upper, pair.gain_upper, pair.sense_upper, pair, pixel_pitch_mm, 1.0)
+    return PerView(
+        lower=_distance_at(lower, slopes.upper, pair.baseline) - distance,
+        upper=_distance_at(slopes.lower, upper, pair.baseline) - distance,
     )
 
 
 def _relative_depth_error_at(
     pair: StereoPair, slope: Scalar, distance: Scalar, noise_mm: Scalar | NoiseModel, scale_uncertainty: Scalar
 ) -> Scalar:
-    lower, upper = slopes_of_point(slope, distance, pair.baseline)
-    noise = noise_mm(lower, upper, distance) if callable(noise_mm) else noise_mm
-    by_noise = depth_error_of_slopes(pair, lower, upper, noise)
+    slopes = slopes_of_point(slope, distance, pair.baseline)
+    noise = noise_mm(slopes, distance) if callable(noise_mm) else noise_mm
+    by_noise = depth_error_of_slopes(pair, slopes, noise)
     if isinstance(scale_uncertainty, float) and scale_uncertainty == 0.0:
         return by_noise
     by_scale = scale_uncertainty * depth_shift_per_scale(pair, slope, distance)
     return sqrt(by_noise * by_noise + by_scale * by_scale)
-
-
-def depth_error_of_slopes(
-    pair: StereoPair, lower: Scalar, upper: Scalar, noise_mm: Scalar | tuple[Scalar, Scalar]
-) -> Scalar:
-    """sigma_D / D by noise alone where lower and upper view see a point at tan(phi) ``lower`` and ``upper``."""
-    return relative_depth_error(
-        lower,
-        upper,
-        pair.gain_lower,
-        pair.sense_lower,
-        pair.gain_upper,
-        pair.sense_upper,
-        pair.baseline,
-        pair.principal_distance,
-        noise_mm,
-        pair.law,
-    )
 
 
 @lru_cache

@@ -26,7 +26,7 @@ from designer.optics.conversions import (
     focal_from_vertex,
     semi_axes_from_focal,
 )
-from designer.optics.overall_size import OverallSize, Substrate, overall_size
+from designer.optics.overall_size import OverallSize, Ring, Substrate, overall_size
 
 ALUMINIUM_G_PER_MM3 = 2.70e-3
 _PROFILE_POINTS = 201
@@ -121,21 +121,23 @@ def surface_of(mirror: Mirror) -> Surface:
 
 
 def size_of(design: Design) -> OverallSize:
-    """Overall height and diameter of a design's head."""
+    """Overall height and diameter of a design's head, with its housing."""
     substrates = [
         Substrate(surface_of(mirror), mirror.inner_radius_mm, mirror.outer_radius_mm, mirror.back_offset_mm)
         for mirror in design.mirrors
     ]
-    return overall_size(substrates, design.camera.lens_front_mm)
+    housing = design.housing
+    ring = None if housing is None else Ring(housing.low_mm, housing.high_mm, housing.outer_radius_mm)
+    return overall_size(substrates, design.camera.lens_front_mm, ring)
 
 
 def overall_height_mm(design: Design) -> float:
-    """From the lower of lens front and lowest substrate to the highest substrate."""
+    """From the lower of lens front and lowest part of the head to its highest part."""
     return float(size_of(design).height)
 
 
 def overall_diameter_mm(design: Design) -> float:
-    """Diameter over all mirrors with their substrates."""
+    """Diameter over all mirrors with their substrates, and the housing."""
     return float(size_of(design).diameter)
 
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from designer.design import Design, ViewName
 from designer.optics.focus import (
     ChiefRay,
-    Lens,
+    FocusedLens,
     blur_in_scene,
     chief_ray,
     image_conjugates,
@@ -68,11 +68,16 @@ class DesignFocus:
     At ``best_reciprocal_focus`` the lens keeps its f-number and its nominal focal length.
     """
 
-    lens: Lens
+    lens: FocusedLens
     upper: ViewFocus
     lower: ViewFocus
     best_reciprocal_focus: float
     best_largest_blur_px: float
+
+    @property
+    def by_name(self) -> dict[ViewName, ViewFocus]:
+        """Both views by name, the upper one first."""
+        return {"upper": self.upper, "lower": self.lower}
 
     @property
     def largest_blur_px(self) -> float:
@@ -135,13 +140,13 @@ def focus_of_design(design: Design, elevations: int = ELEVATIONS) -> DesignFocus
     In between, 1 / z_V rises or falls steadily with 1 / distance: the two ends decide.
     """
     lens = lens_of_camera(design.camera)
-    upper, lower = (_view_focus(design, name, lens, elevations) for name in ("upper", "lower"))
+    upper, lower = _view_focus(design, "upper", lens, elevations), _view_focus(design, "lower", lens, elevations)
     depths = np.concatenate([upper.reciprocal_depths.ravel(), lower.reciprocal_depths.ravel()])
     stretches = np.concatenate([_stretch(design, name, lens, elevations) for name in ("upper", "lower")])
     best = best_focus(depths, stretches)
     sharpest = refocused(lens, best)
     largest = float(np.max(np.abs(sharpest.blur(depths)) * stretches)) / design.camera.pixel_pitch_mm
-    return DesignFocus(lens, upper, lower, best, largest)
+    return DesignFocus(lens, upper=upper, lower=lower, best_reciprocal_focus=best, best_largest_blur_px=largest)
 
 
 def best_focus(reciprocal_depths: ArrayLike, weights: ArrayLike = 1.0) -> float:
@@ -160,13 +165,13 @@ def best_focus(reciprocal_depths: ArrayLike, weights: ArrayLike = 1.0) -> float:
     return max(float(best), 0.0)
 
 
-def refocused(lens: Lens, reciprocal_focus: float) -> Lens:
+def refocused(lens: FocusedLens, reciprocal_focus: float) -> FocusedLens:
     """The same glass focused elsewhere: nominal focal length and f-number kept, principal distance f0 / (1 - f0 w)."""
     nominal = lens.principal_distance / (1.0 + lens.principal_distance * lens.reciprocal_focus)
-    return Lens(nominal / (1.0 - nominal * reciprocal_focus), lens.f_number, reciprocal_focus, lens.law)
+    return FocusedLens(nominal / (1.0 - nominal * reciprocal_focus), lens.f_number, reciprocal_focus, lens.law)
 
 
-def depth_of_field(ray: ChiefRay, lens: Lens, largest_blur_mm: ArrayLike) -> tuple[Array, Array]:
+def depth_of_field(ray: ChiefRay, lens: FocusedLens, largest_blur_mm: ArrayLike) -> tuple[Array, Array]:
     """Nearest and farthest distance from the axis in mm along chief rays that blur no more than that, perspectively.
 
     The farthest is infinite where infinity is sharp enough; both are NaN where nothing in front of the mirror is.
@@ -194,9 +199,9 @@ def depth_of_field(ray: ChiefRay, lens: Lens, largest_blur_mm: ArrayLike) -> tup
     return np.asarray(near), np.asarray(far)
 
 
-def _view_focus(design: Design, name: str, lens: Lens, count: int) -> ViewFocus:
+def _view_focus(design: Design, name: ViewName, lens: FocusedLens, count: int) -> ViewFocus:
     path = light_path_of_design(design, name)
-    low, high = getattr(design.views, name).elevation_deg
+    low, high = design.views.by_name[name].elevation_deg
     elevations = np.linspace(low, high, count)
     distances = np.array(design.working_volume.distance_mm)
     slope = np.tan(np.radians(elevations))[:, None]
@@ -208,9 +213,9 @@ def _view_focus(design: Design, name: str, lens: Lens, count: int) -> ViewFocus:
     return ViewFocus(elevations, distances, depths, on_sensor, in_scene)
 
 
-def _stretch(design: Design, name: str, lens: Lens, count: int) -> Array:
+def _stretch(design: Design, name: ViewName, lens: FocusedLens, count: int) -> Array:
     """What the law of the lens stretches the blur of a view by, (2 count,): for each elevation, near and far."""
-    view = getattr(design.views, name)
+    view = design.views.by_name[name]
     low, high = view.elevation_deg
     slope = np.tan(np.radians(np.linspace(low, high, count)))
     stretch = lens.law.largest_stretch(view.gain * half_angle_tangent(slope, view.sense))

@@ -6,7 +6,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from designer.design import Design
+from designer.design import Design, ViewName
 from designer.evaluate.focus import (
     SHARP_BLUR_DEG,
     DesignFocus,
@@ -26,7 +26,7 @@ class ElevationFocus(TypedDict):
     sharp, both where nothing is.
     """
 
-    view: str
+    view: ViewName
     elevation_deg: float
     blur_px: list[float]
     blur_deg: list[float]
@@ -64,14 +64,12 @@ def focus_table(design: Design) -> FocusTable | None:
         "sharp_blur_deg": SHARP_BLUR_DEG,
         "distances_mm": list(design.working_volume.distance_mm),
         "elevations": [
-            _at_elevation(design, focus, name, view, place)
-            for name, view in (("upper", focus.upper), ("lower", focus.lower))
-            for place in (0, -1)
+            _at_elevation(design, focus, name, view, place) for name, view in focus.by_name.items() for place in (0, -1)
         ],
     }
 
 
-def _at_elevation(design: Design, focus: DesignFocus, name: str, view: ViewFocus, place: int) -> ElevationFocus:
+def _at_elevation(design: Design, focus: DesignFocus, name: ViewName, view: ViewFocus, place: int) -> ElevationFocus:
     path = light_path_of_design(design, name)
     slope = np.tan(np.radians(view.elevations_deg[place]))
     # Blur in the scene is in proportion to that on the sensor.

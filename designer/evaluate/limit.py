@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.configurations import Family, Topology, outer_view
-from designer.design import Sense, ViewName
+from designer.design import PerView, Sense, ViewName
 from designer.evaluate.depth import NoiseModel, StereoPair, Volume, depth_error_rms
 from designer.optics.backend import Scalar, tan
 from designer.optics.image_law import PERSPECTIVE, ImageLaw, most_favourable
@@ -42,6 +42,11 @@ class Arrangement:
     sense_upper: Sense
     outer_view: ViewName
 
+    @property
+    def inner_view(self) -> ViewName:
+        """The view that takes the inner zone."""
+        return "lower" if self.outer_view == "upper" else "upper"
+
 
 @dataclass(frozen=True, slots=True)
 class ImageBounds:
@@ -54,11 +59,11 @@ class ImageBounds:
 
 @dataclass(frozen=True, slots=True)
 class LeastLimit:
-    """The least limit over a range of baselines and principal distances, and where it lies (mm)."""
+    """The least limit over a range of baselines and principal distances, and where it lies."""
 
     depth_error_rms: float
-    baseline: float
-    principal_distance: float
+    baseline_mm: float
+    principal_distance_mm: float
 
 
 def arrangement_of(family: Family, topology: Topology) -> Arrangement:
@@ -72,15 +77,15 @@ def arrangement_of(family: Family, topology: Topology) -> Arrangement:
 
 def limit_gains(
     arrangement: Arrangement, volume: Volume, baseline: Scalar, principal_distance: Scalar, bounds: ImageBounds
-) -> tuple[Scalar, Scalar]:
-    """The largest gains, as absolute values, of the lower and of the upper view.
+) -> PerView[Scalar]:
+    """The largest gain of each view, as an absolute value.
 
     The inner one is zero or negative where the outer zone and the gap leave no room.
     """
     low, high = volume.elevations
     ranges = elevation_tangents_of_views((tan(low), tan(high)), volume.distances, baseline)
-    upper = _half_tangent_range(ranges[0], arrangement.sense_upper)
-    lower = _half_tangent_range(ranges[1], arrangement.sense_lower)
+    upper = _half_tangent_range(ranges.upper, arrangement.sense_upper)
+    lower = _half_tangent_range(ranges.lower, arrangement.sense_lower)
     outer, inner = (upper, lower) if arrangement.outer_view == "upper" else (lower, upper)
     gain_outer = image_half_tangent(bounds.image_radius_mm, principal_distance, bounds.law) / outer[1]
     outer_begins = gain_outer * outer[0]
@@ -89,7 +94,9 @@ def limit_gains(
     else:
         outer_begins_mm = principal_distance * bounds.law.ratio(outer_begins)
     gain_inner = image_half_tangent(outer_begins_mm - bounds.zone_gap_mm, principal_distance, bounds.law) / inner[1]
-    return (gain_inner, gain_outer) if arrangement.outer_view == "upper" else (gain_outer, gain_inner)
+    if arrangement.outer_view == "upper":
+        return PerView(lower=gain_inner, upper=gain_outer)
+    return PerView(lower=gain_outer, upper=gain_inner)
 
 
 def depth_error_limit(
@@ -108,8 +115,8 @@ def depth_error_limit(
     Of two direct views it counts the noise alone, whatever the relative uncertainty of the image's scale. Meaningless
     where :func:`limit_gains` gives no positive inner gain.
     """
-    gain_lower, gain_upper = limit_gains(arrangement, volume, baseline, principal_distance, bounds)
-    pair = _pair_of(arrangement, (gain_lower, gain_upper), baseline, principal_distance, bounds.law)
+    gains = limit_gains(arrangement, volume, baseline, principal_distance, bounds)
+    pair = _pair_of(arrangement, gains, baseline, principal_distance, bounds.law)
     return _limit_of_pair(pair, volume, noise_mm, scale_uncertainty)
 
 
@@ -145,8 +152,8 @@ def least_limit_over(
             best = LeastLimit(float(scores[index]), float(baseline[index]), float(principal_distance[index]))
         spans = [span * 2.0 / (_GRID_NODES - 1) for span in spans]
         ranges = (
-            _clipped(best.baseline, spans[0], baselines),
-            _clipped(best.principal_distance, spans[1], principal_distances),
+            _clipped(best.baseline_mm, spans[0], baselines),
+            _clipped(best.principal_distance_mm, spans[1], principal_distances),
         )
     if not np.isfinite(best.depth_error_rms):
         raise ValueError("the outer zone and the gap leave no space for the inner zone")
@@ -174,24 +181,30 @@ def _limit_or_infinity(
 ) -> NDArray[np.float64]:
     """The limit at each node, infinite where the inner zone has no room."""
     gains = limit_gains(arrangement, volume, baseline, principal_distance, bounds)
-    has_room = np.minimum(gains[0], gains[1]) > 0
+    has_room = np.minimum(gains.lower, gains.upper) > 0
     # Where there is no room any positive gain will do: its score is thrown away.
-    lower, upper = (np.where(has_room, gain, 1.0) for gain in gains)
-    pair = _pair_of(arrangement, (lower, upper), baseline, principal_distance, bounds.law)
+    positive = PerView(lower=np.where(has_room, gains.lower, 1.0), upper=np.where(has_room, gains.upper, 1.0))
+    pair = _pair_of(arrangement, positive, baseline, principal_distance, bounds.law)
     return np.where(has_room, _limit_of_pair(pair, volume, noise_mm, scale_uncertainty), np.inf)
 
 
 def _pair_of(
     arrangement: Arrangement,
-    gains: tuple[Scalar, Scalar],
+    gains: PerView[Scalar],
     baseline: Scalar,
     principal_distance: Scalar,
     law: ImageLaw,
 ) -> StereoPair:
     """The pair of the largest gains, which sees as finely as any smaller gains do at the same elevation."""
-    lower, upper = gains
-    senses = arrangement.sense_lower, arrangement.sense_upper
-    return StereoPair(lower, senses[0], upper, senses[1], baseline, principal_distance, most_favourable(law))
+    return StereoPair(
+        gains.lower,
+        arrangement.sense_lower,
+        gains.upper,
+        arrangement.sense_upper,
+        baseline,
+        principal_distance,
+        most_favourable(law),
+    )
 
 
 def _limit_of_pair(

@@ -19,12 +19,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from designer.design import PerView, ViewName
 from designer.evaluate.depth import NoiseModel, StereoPair, Volume, depth_error_rms
 from designer.evaluate.limit import Arrangement, ImageBounds
 from designer.optics.image_law import most_favourable
 from designer.optics.view import elevation_tangents_of_views, half_angle_tangent
 
 Array = NDArray[np.float64]
+
+FREE_GAINS = PerView(lower=np.inf, upper=np.inf)
 
 # Gains tried, of the outer view and for each of them of the inner one, in even steps up to the largest.
 _OUTER_NODES, _INNER_NODES = 33, 513
@@ -52,7 +55,7 @@ class MirrorBounds:
     ``highest`` is the greatest height of a face that looks down, ``widest`` the greatest radius of a mirror,
     ``steepest`` the greatest slope of a face as a tangent, ``barrel`` the greatest slope from the axis of a ray through
     the lens. ``reciprocal_focus`` is 1 / u of the plane in focus, 1/mm, ``upper_viewpoint`` the greatest height of the
-    upper viewpoint, and ``gains`` are the greatest gains of the lower and of the upper view; infinite if they are free.
+    upper viewpoint, and ``gains`` are the greatest gains of the views; infinite if they are free.
     """
 
     edge_margin: float
@@ -65,7 +68,7 @@ class MirrorBounds:
     pupil_radius: float = 0.0
     reciprocal_focus: float = np.inf
     upper_viewpoint: float = np.inf
-    gains: tuple[float, float] = (np.inf, np.inf)
+    gains: PerView[float] = FREE_GAINS
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,24 +103,21 @@ def margin_gains(
     principal_distance: float,
     image: ImageBounds,
     bounds: MirrorBounds,
-) -> tuple[float, float]:
-    """Bounds of the gains, as absolute values, of the lower and of the upper view; zero where nothing has room."""
-    upper_is_outer = arrangement.outer_view == "upper"
+) -> PerView[float]:
+    """Bound of each view's gain, as an absolute value; zero where nothing has room."""
     low, high = volume.elevations
     slopes = elevation_tangents_of_views((np.tan(low), np.tan(high)), volume.distances, baseline)
-    tangents = {
-        view: np.sort([float(half_angle_tangent(end, sense)) for end in ends])
-        for view, ends, sense in zip(
-            ("upper", "lower"), slopes, (arrangement.sense_upper, arrangement.sense_lower), strict=True
-        )
+    tangents: dict[ViewName, Array] = {
+        "upper": np.sort([float(half_angle_tangent(end, arrangement.sense_upper)) for end in slopes.upper]),
+        "lower": np.sort([float(half_angle_tangent(end, arrangement.sense_lower)) for end in slopes.lower]),
     }
-    outer, inner = ("upper", "lower") if upper_is_outer else ("lower", "upper")
+    outer, inner = arrangement.outer_view, arrangement.inner_view
     widest = float(image.law.half_tangent(image.image_radius_mm / principal_distance))
     widest = min(widest, bounds.barrel / (1.0 + np.hypot(1.0, bounds.barrel)) if np.isfinite(bounds.barrel) else 1.0)
     most = {view: _most_gain(mirrors, view, tangents[view][1], bounds) for view in tangents}
     largest = min(widest / tangents[outer][1], most[outer])
     if largest <= 0.0:
-        return 0.0, 0.0
+        return PerView(lower=0.0, upper=0.0)
     outer_gain = largest * np.linspace(0.0, 1.0, _OUTER_NODES)[1:, None]
     begins = outer_gain * tangents[outer][0]
     left = principal_distance * image.law.ratio(begins) - image.zone_gap_mm
@@ -139,13 +139,13 @@ def margin_gains(
             gap = _slope(begins) - _slope(zones[inner].outer)
             has_room &= gap - image.zone_gap_mm / principal_distance >= mixed
     if not has_room.any():
-        return 0.0, 0.0
+        return PerView(lower=0.0, upper=0.0)
     # The first node without room is a bound: between it and the last with room the room ends.
     last = np.where(has_room.any(axis=1), _INNER_NODES - 2 - np.argmax(has_room[:, ::-1], axis=1), -1)
     following = np.minimum(last + 1, _INNER_NODES - 2)
     rows = np.flatnonzero(last >= 0)
     best = float(inner_gain[rows, following[rows]].max())
-    return (best, largest) if upper_is_outer else (largest, best)
+    return PerView(lower=best, upper=largest) if outer == "upper" else PerView(lower=largest, upper=best)
 
 
 def margin_limit(
@@ -164,11 +164,12 @@ def margin_limit(
     With a constant noise no mirrors within the bounds can beat it. Of two direct views it counts the noise alone,
     whatever the relative uncertainty of the image's scale.
     """
-    lower, upper = margin_gains(arrangement, mirrors, volume, baseline, principal_distance, image, bounds)
-    if min(lower, upper) <= 0.0:
+    gains = margin_gains(arrangement, mirrors, volume, baseline, principal_distance, image, bounds)
+    if min(gains.lower, gains.upper) <= 0.0:
         return None
     senses = arrangement.sense_lower, arrangement.sense_upper
-    pair = StereoPair(lower, senses[0], upper, senses[1], baseline, principal_distance, most_favourable(image.law))
+    law = most_favourable(image.law)
+    pair = StereoPair(gains.lower, senses[0], gains.upper, senses[1], baseline, principal_distance, law)
     return float(depth_error_rms(pair, volume, noise_mm, scale_uncertainty if senses[0] != senses[1] else 0.0))
 
 
@@ -284,9 +285,9 @@ def _heights_of_outer(
     return face, face
 
 
-def _most_gain(mirrors: FirstMirrors, view: str, tangent: float, bounds: MirrorBounds) -> float:
+def _most_gain(mirrors: FirstMirrors, view: ViewName, tangent: float, bounds: MirrorBounds) -> float:
     """The greatest gain that is allowed and that no concave direct mirror is too steep for, at its outer end."""
-    sign, allowed = (mirrors.upper, bounds.gains[1]) if view == "upper" else (mirrors.lower, bounds.gains[0])
+    sign, allowed = mirrors.upper if view == "upper" else mirrors.lower, bounds.gains[view]
     if sign is None or sign > 0:
         return allowed
     steepest = bounds.steepest
@@ -295,7 +296,7 @@ def _most_gain(mirrors: FirstMirrors, view: str, tangent: float, bounds: MirrorB
 
 def _zone(
     mirrors: FirstMirrors,
-    view: str,
+    view: ViewName,
     tangents: Array,
     gain: Array,
     other_begins: Array | None,

@@ -23,8 +23,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from designer.design import Design, ViewName
 from designer.evaluate.focus import ViewFocus, focus_of_design
-from designer.evaluate.noise import Matching
-from designer.optics.focus import Lens, blur_in_scene, light_path_of_design
+from designer.evaluate.noise import MatcherPerformance
+from designer.optics.focus import FocusedLens, blur_in_scene, light_path_of_design
 from designer.optics.view import half_angle_tangent
 
 Array = NDArray[np.float64]
@@ -50,7 +50,9 @@ class ViewModulation:
     of_rows: Array
 
 
-def lens_transfer(frequency: ArrayLike, blur_diameter: ArrayLike, lens: Lens, wavelength: float = GREEN_MM) -> Array:
+def lens_transfer(
+    frequency: ArrayLike, blur_diameter: ArrayLike, lens: FocusedLens, wavelength: float = GREEN_MM
+) -> Array:
     """Transfer of the lens at the image's centre for a geometric blur of that diameter, whose sign does not matter."""
     nu, diameter = np.broadcast_arrays(np.asarray(frequency, dtype=float), np.asarray(blur_diameter, dtype=float))
     share = np.minimum(np.abs(nu) * wavelength * lens.principal_distance / lens.pupil_diameter, 1.0)[..., None]
@@ -66,14 +68,14 @@ def pixel_transfer(frequency: ArrayLike, pixel_pitch: float) -> Array:
 
 
 def modulation_of_design(
-    design: Design, matching: Matching | None = None, elevations: int = 121
+    design: Design, matching: MatcherPerformance | None = None, elevations: int = 121
 ) -> Mapping[ViewName, ViewModulation]:
     """Modulation of both views of a design as focused and stopped down, for patterns of the matcher's scale.
 
     The periods are angles of elevation in the scene: that of the window is its side, ``matching.window`` pixels of
     360 degrees / ``matching.columns``.
     """
-    matcher = matching or Matching()
+    matcher = matching or MatcherPerformance()
     focus, pitch = focus_of_design(design, elevations), design.camera.pixel_pitch_mm
     row = 2.0 * np.pi / matcher.columns
     of_views: dict[ViewName, ViewFocus] = {"upper": focus.upper, "lower": focus.lower}

@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 
+from designer.design import PerView
 from designer.optics.backend import Scalar, exp, sqrt
 
 # Contrast of an octave in rendered scenes, with wavelengths as shares of their extent: eight octaves of 0.3 together,
@@ -32,7 +33,7 @@ _ROUNDING = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class Texture:
+class TextureSpectrum:
     """What surfaces show: rms contrast of each octave relative to their tone, between two wavelengths in mm."""
 
     contrast_per_octave: Scalar
@@ -41,7 +42,7 @@ class Texture:
 
 
 @dataclass(frozen=True, slots=True)
-class Light:
+class CollectedLight:
     """What a pixel collects.
 
     ``electrons_of_white`` arrive from radiance 1, which fills the scale, at ``f_number``; other f-numbers collect as
@@ -56,7 +57,7 @@ class Light:
 
 
 @dataclass(frozen=True, slots=True)
-class Matching:
+class MatcherPerformance:
     """How a matcher works, and what it makes of its windows, as ``benchmarks/noise.py`` measures it.
 
     ``window`` is the side of its window in panorama pixels, ``columns`` the width of the panorama. ``efficiency`` is
@@ -75,7 +76,10 @@ class Matching:
 
 Matcher = Literal["sad", "semi_global"]
 # Both as refined by windows that follow the surface. Semi-global matching differs in what it keeps, hardly in noise.
-MATCHING: dict[Matcher, Matching] = {"sad": Matching(), "semi_global": Matching(efficiency=0.81)}
+MATCHER_PERFORMANCE: dict[Matcher, MatcherPerformance] = {
+    "sad": MatcherPerformance(),
+    "semi_global": MatcherPerformance(efficiency=0.81),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +101,7 @@ class ImagePoint:
 
 
 @dataclass(frozen=True, slots=True)
-class Exposure:
+class CameraSetting:
     """What the camera does to both views: pixel pitch in mm, f-number, and wavelength in mm (0: no diffraction).
 
     ``equalising_sigma_px`` is the reference sigma of equalisation in raw pixels (:func:`equalising_sigma_px`).
@@ -109,12 +113,12 @@ class Exposure:
     wavelength: float = 0.0
 
 
-def rich_texture(extent_mm: Scalar) -> Texture:
+def rich_texture(extent_mm: Scalar) -> TextureSpectrum:
     """The texture called rich of rendered scenes of that extent in mm: their farthest working distance."""
-    return Texture(RICH_CONTRAST_PER_OCTAVE, FINEST_WAVELENGTH * extent_mm, COARSEST_WAVELENGTH * extent_mm)
+    return TextureSpectrum(RICH_CONTRAST_PER_OCTAVE, FINEST_WAVELENGTH * extent_mm, COARSEST_WAVELENGTH * extent_mm)
 
 
-def texture_gradient_energy(texture: Texture, along: Scalar, across: Scalar) -> Scalar:
+def texture_gradient_energy(texture: TextureSpectrum, along: Scalar, across: Scalar) -> Scalar:
     """Mean squared gradient, per mm^2, of the relative contrast along the meridian.
 
     Parameters
@@ -128,13 +132,13 @@ def texture_gradient_energy(texture: Texture, along: Scalar, across: Scalar) -> 
     return texture.contrast_per_octave**2 / (4.0 * np.log(2.0)) * lost
 
 
-def blur_variance(exposure: Exposure, defocus: Scalar) -> Scalar:
+def blur_variance(exposure: CameraSetting, defocus: Scalar) -> Scalar:
     """Variance along either axis, in mm^2 on the sensor, of defocus (disc diameter in mm), diffraction and pixel."""
     diffraction = DIFFRACTION_SIGMA * exposure.wavelength * exposure.f_number
     return defocus * defocus / 16.0 + diffraction * diffraction + PIXEL_VARIANCE * exposure.pixel_pitch**2
 
 
-def pixel_variance(light: Light, f_number: Scalar, illumination: Scalar = 1.0) -> Scalar:
+def pixel_variance(light: CollectedLight, f_number: Scalar, illumination: Scalar = 1.0) -> Scalar:
     """Variance of a raw pixel in units of its signal squared: shot noise, read noise, quantisation.
 
     ``illumination`` is the share of the light on the axis that reaches the pixel.
@@ -144,7 +148,7 @@ def pixel_variance(light: Light, f_number: Scalar, illumination: Scalar = 1.0) -
     return 1.0 / electrons + (light.read_noise_electrons / electrons) ** 2 + rounding_variance(light, illumination)
 
 
-def rounding_variance(light: Light, illumination: Scalar = 1.0) -> Scalar:
+def rounding_variance(light: CollectedLight, illumination: Scalar = 1.0) -> Scalar:
     """Variance of rounding to whole grey levels, in units of the signal squared."""
     levels = illumination * light.grey_levels * light.tone
     return 1.0 / (12.0 * levels * levels)
@@ -163,15 +167,14 @@ def equalising_sigma_px(largest_common_spacing_px: Scalar) -> Scalar:
 
 
 def matching_noise(
-    upper: ImagePoint,
-    lower: ImagePoint,
+    points: PerView[ImagePoint],
     distance: Scalar,
-    texture: Texture,
-    light: Light,
-    exposure: Exposure,
-    matching: Matching,
-) -> tuple[Scalar, Scalar]:
-    """Standard deviation, in mm on the sensor, of a matched point's radial position in the upper and the lower view.
+    texture: TextureSpectrum,
+    light: CollectedLight,
+    exposure: CameraSetting,
+    matching: MatcherPerformance,
+) -> PerView[Scalar]:
+    """Standard deviation, in mm on the sensor, of a matched point's radial position in each view.
 
     The two are independent parts of the error of one match: its depth error is that of
     :func:`designer.evaluate.depth.slope_error` for the one and the other view, added in quadrature.
@@ -181,13 +184,13 @@ def matching_noise(
     distance
         Horizontal distance of the point from the axis in mm.
     """
-    seen = seen_on_surface(upper, lower, distance, light, exposure, matching)
+    seen = seen_on_surface(points, distance, light, exposure, matching)
     mean_along, mean_across, template = seen.mean_along, seen.mean_across, seen.template
     signal = texture_gradient_energy(texture, sqrt(mean_along + template / 2.0), sqrt(mean_across))
     weight = texture_gradient_energy(texture, sqrt(mean_along + template), sqrt(mean_across))
     scale = seen.loss / (seen.area * signal * signal)
     noises = []
-    for view in seen.views:
+    for view in (seen.views.upper, seen.views.lower):
         rounding = view.rounding * seen.row * seen.column * weight
         total_along, total_across = mean_along + template + view.smoothing, mean_across + seen.across_smoothing
         smoothed = texture_gradient_energy(texture, sqrt(total_along), sqrt(total_across))
@@ -200,7 +203,7 @@ def matching_noise(
         )
         variance = scale * (view.raw * view.pixel * smoothed + rounding + aliased) + (seen.edge + seen.floor) / 2.0
         noises.append(sqrt(variance / view.scale_along))
-    return noises[0], noises[1]
+    return PerView(upper=noises[0], lower=noises[1])
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,7 +226,7 @@ class ViewOnSurface:
 
 @dataclass(frozen=True, slots=True)
 class SurfaceSeen:
-    """A point's surroundings as both views of a match, upper and lower, have them: all that its noise depends on.
+    """A point's surroundings as both views of a match have them: all that its noise depends on.
 
     Variances in mm^2 on the surface: ``mean_along`` and ``mean_across`` the meridian of all blur, mean of both views,
     ``template`` of the gradient that weighs the window, ``across_smoothing`` of equalisation. ``row`` and ``column``
@@ -231,7 +234,7 @@ class SurfaceSeen:
     cost. ``edge`` and ``floor`` are variances in mm^2 of the shift itself: from unequal blur, and what is always left.
     """
 
-    views: tuple[ViewOnSurface, ViewOnSurface]
+    views: PerView[ViewOnSurface]
     mean_along: Scalar
     mean_across: Scalar
     across_smoothing: Scalar
@@ -245,10 +248,14 @@ class SurfaceSeen:
 
 
 def seen_on_surface(
-    upper: ImagePoint, lower: ImagePoint, distance: Scalar, light: Light, exposure: Exposure, matching: Matching
+    points: PerView[ImagePoint],
+    distance: Scalar,
+    light: CollectedLight,
+    exposure: CameraSetting,
+    matching: MatcherPerformance,
 ) -> SurfaceSeen:
     """What both views make of a point's surroundings; parameters as of :func:`matching_noise`."""
-    views = (upper, lower)
+    views = (points.upper, points.lower)
     step = 2.0 * np.pi / matching.columns
     stretch = [1.0 + view.slope * view.slope for view in views]
     # Squared lengths on the surface of one mm on the sensor, along and across the meridian.
@@ -281,7 +288,7 @@ def seen_on_surface(
             )
         )
     return SurfaceSeen(
-        (on_surface[0], on_surface[1]),
+        PerView(upper=on_surface[0], lower=on_surface[1]),
         (along[0] + along[1]) / 2.0,
         (across[0] + across[1]) / 2.0,
         across_smoothing,
@@ -296,7 +303,7 @@ def seen_on_surface(
     )
 
 
-def _blur_variances(exposure: Exposure, view: ImagePoint) -> tuple[Scalar, Scalar]:
+def _blur_variances(exposure: CameraSetting, view: ImagePoint) -> tuple[Scalar, Scalar]:
     """Variance of all blur on the sensor, mm^2, along the radius and across it."""
     if view.stretch is None:
         same = blur_variance(exposure, view.defocus)
@@ -305,7 +312,7 @@ def _blur_variances(exposure: Exposure, view: ImagePoint) -> tuple[Scalar, Scala
     return blur_variance(exposure, view.defocus * along), blur_variance(exposure, view.defocus * across)
 
 
-def _aliasing(texture: Texture, pixel: Scalar, lens_blur_px2: Scalar, along: Scalar, across: Scalar) -> Scalar:
+def _aliasing(texture: TextureSpectrum, pixel: Scalar, lens_blur_px2: Scalar, along: Scalar, across: Scalar) -> Scalar:
     """What aliasing adds where white noise adds variance times pixel times gradient energy; ``pixel`` in mm^2.
 
     ``along`` and ``across`` are variances in mm^2 of template and noise after all smoothing.

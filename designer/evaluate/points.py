@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from designer.design import Design
 from designer.evaluate.depth import (
@@ -20,6 +19,7 @@ from designer.evaluate.depth import (
 )
 from designer.evaluate.resolution import smallest_object
 from designer.evaluate.scale import slope_shift_per_scale
+from designer.files import finite
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,17 +56,17 @@ def point_score(design: Design, distance: float) -> PointScore:
     smallest = smallest_object(design, distance)
     return PointScore(
         distance_mm=distance,
-        sigma_distance_mm=_finite(math.hypot(noise[0], scale[0])),
-        sigma_distance_mm_by_noise=_finite(noise[0]),
-        sigma_distance_mm_by_scale=_finite(scale[0]),
-        sigma_height_mm=_finite(math.hypot(noise[1], scale[1])),
-        sigma_height_mm_by_noise=_finite(noise[1]),
-        sigma_height_mm_by_scale=_finite(scale[1]),
-        sigma_azimuth_deg=_finite(math.degrees(noise[2])),
-        disparity_step_lower_mm=_finite(steps[0]),
-        disparity_step_upper_mm=_finite(steps[1]),
-        smallest_object_height_mm=_finite(smallest.height_mm),
-        smallest_object_width_mm=_finite(smallest.width_mm),
+        sigma_distance_mm=finite(math.hypot(noise[0], scale[0])),
+        sigma_distance_mm_by_noise=finite(noise[0]),
+        sigma_distance_mm_by_scale=finite(scale[0]),
+        sigma_height_mm=finite(math.hypot(noise[1], scale[1])),
+        sigma_height_mm_by_noise=finite(noise[1]),
+        sigma_height_mm_by_scale=finite(scale[1]),
+        sigma_azimuth_deg=finite(math.degrees(noise[2])),
+        disparity_step_lower_mm=finite(steps.lower),
+        disparity_step_upper_mm=finite(steps.upper),
+        smallest_object_height_mm=finite(smallest.height_mm),
+        smallest_object_width_mm=finite(smallest.width_mm),
     )
 
 
@@ -75,14 +75,9 @@ def point_shift_per_scale(pair: StereoPair, slope: float, distance: float) -> tu
 
     At tan(elevation) from the middle of the baseline and a distance in mm; see :mod:`designer.evaluate.scale`.
     """
-    lower, upper = slopes_of_point(slope, distance, pair.baseline)
-    by_lower = slope_shift_per_scale(lower, pair.gain_lower, pair.sense_lower, pair.law)
-    by_upper = slope_shift_per_scale(upper, pair.gain_upper, pair.sense_upper, pair.law)
+    slopes = slopes_of_point(slope, distance, pair.baseline)
+    by_lower = slope_shift_per_scale(slopes.lower, pair.gain_lower, pair.sense_lower, pair.law)
+    by_upper = slope_shift_per_scale(slopes.upper, pair.gain_upper, pair.sense_upper, pair.law)
     # D = b / (m_l - m_u) and height = D (m_l + m_u) / 2.
     by_distance = distance**2 / pair.baseline * (by_upper - by_lower)
     return float(by_distance), float(slope * by_distance + distance * (by_lower + by_upper) / 2.0)
-
-
-def _finite(value: float | NDArray[np.float64]) -> float | None:
-    number = float(value)
-    return number if math.isfinite(number) else None

@@ -9,19 +9,20 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from designer.design import PerView, ViewName
 from designer.evaluate.depth import NoiseModel, StereoPair
 from designer.evaluate.noise import (
-    Exposure,
+    CameraSetting,
+    CollectedLight,
     ImagePoint,
-    Light,
-    Matching,
+    MatcherPerformance,
     SurfaceSeen,
-    Texture,
+    TextureSpectrum,
     matching_noise,
     seen_on_surface,
 )
 from designer.optics.backend import Scalar, sqrt
-from designer.optics.focus import Lens, LightPath, chief_ray, reciprocal_along_ray, reciprocal_image_depth
+from designer.optics.focus import FocusedLens, LightPath, chief_ray, reciprocal_along_ray, reciprocal_image_depth
 from designer.optics.illumination import relative_illumination
 from designer.optics.view import half_angle_tangent, image_radius, image_radius_slope
 
@@ -44,15 +45,15 @@ class Conditions:
     pixel_pitch: Scalar
     wavelength: Scalar
     mirror_reflectivity: Scalar
-    texture: Texture
-    light: Light
-    matching: Matching
+    texture: TextureSpectrum
+    light: CollectedLight
+    matching: MatcherPerformance
 
 
 def noise_model(
-    conditions: Conditions, pair: StereoPair, lens: Lens, light: Mapping[str, LightPath]
+    conditions: Conditions, pair: StereoPair, lens: FocusedLens, light: Mapping[ViewName, LightPath]
 ) -> Scalar | NoiseModel:
-    """The noise of a match at any point, through a lens: a function of the lower and the upper slope and the distance.
+    """The noise of a match at any point, through a lens: a function of the slopes in both views and the distance.
 
     Parameters
     ----------
@@ -64,7 +65,7 @@ def noise_model(
         What focusing needs of each view, by its name.
     """
 
-    def defocus(view: str, slope: Scalar, distance: Scalar) -> Scalar:
+    def defocus(view: ViewName, slope: Scalar, distance: Scalar) -> Scalar:
         ray = chief_ray(light[view], slope)
         return lens.blur(reciprocal_image_depth(ray, reciprocal_along_ray(slope, distance)))
 
@@ -77,33 +78,32 @@ def sharp_noise_model(conditions: Conditions, pair: StereoPair, f_number: Scalar
 
 
 def seen_through(
-    conditions: Conditions, pair: StereoPair, lens: Lens, light: Mapping[str, LightPath]
-) -> Callable[[Scalar, Scalar, Scalar], SurfaceSeen]:
-    """What the noise of :func:`noise_model` is predicted from, at the lower and the upper slope and a distance."""
+    conditions: Conditions, pair: StereoPair, lens: FocusedLens, light: Mapping[ViewName, LightPath]
+) -> Callable[[PerView[Scalar], Scalar], SurfaceSeen]:
+    """What the noise of :func:`noise_model` is predicted from, at the slopes in both views and a distance."""
 
-    def defocus(view: str, slope: Scalar, distance: Scalar) -> Scalar:
+    def defocus(view: ViewName, slope: Scalar, distance: Scalar) -> Scalar:
         ray = chief_ray(light[view], slope)
         return lens.blur(reciprocal_image_depth(ray, reciprocal_along_ray(slope, distance)))
 
-    exposure, image_point = _imaging(conditions, pair, lens.f_number, defocus)
+    exposure, points_at = _imaging(conditions, pair, lens.f_number, defocus)
 
-    def seen_at(lower: Scalar, upper: Scalar, distance: Scalar) -> SurfaceSeen:
-        points = image_point("upper", upper, distance), image_point("lower", lower, distance)
-        return seen_on_surface(*points, distance, conditions.light, exposure, conditions.matching)
+    def seen_at(slopes: PerView[Scalar], distance: Scalar) -> SurfaceSeen:
+        return seen_on_surface(points_at(slopes, distance), distance, conditions.light, exposure, conditions.matching)
 
     return seen_at
 
 
 def _imaging(
-    conditions: Conditions, pair: StereoPair, f_number: Scalar, defocus: Callable[[str, Scalar, Scalar], Scalar]
-) -> tuple[Exposure, Callable[[str, Scalar, Scalar], ImagePoint]]:
-    """The exposure of both views, and where and how a view images a point at a slope and a distance."""
+    conditions: Conditions, pair: StereoPair, f_number: Scalar, defocus: Callable[[ViewName, Scalar, Scalar], Scalar]
+) -> tuple[CameraSetting, Callable[[PerView[Scalar], Scalar], PerView[ImagePoint]]]:
+    """The camera's setting, and where and how both views image a point at their slopes and a distance."""
     views = {
         "lower": (pair.gain_lower, pair.sense_lower),
         "upper": (pair.gain_upper, pair.sense_upper),
     }
 
-    def image_point(view: str, slope: Scalar, distance: Scalar) -> ImagePoint:
+    def image_point(view: ViewName, slope: Scalar, distance: Scalar) -> ImagePoint:
         gain, sense = views[view]
         law = pair.law
         radius = image_radius(slope, gain, pair.principal_distance, sense, law)
@@ -120,20 +120,25 @@ def _imaging(
             None if law.is_perspective else (along, across),
         )
 
-    return Exposure(conditions.pixel_pitch, f_number, wavelength=conditions.wavelength), image_point
+    def points_at(slopes: PerView[Scalar], distance: Scalar) -> PerView[ImagePoint]:
+        return PerView(
+            upper=image_point("upper", slopes.upper, distance),
+            lower=image_point("lower", slopes.lower, distance),
+        )
+
+    return CameraSetting(conditions.pixel_pitch, f_number, wavelength=conditions.wavelength), points_at
 
 
 def _noise_model(
-    conditions: Conditions, pair: StereoPair, f_number: Scalar, defocus: Callable[[str, Scalar, Scalar], Scalar]
+    conditions: Conditions, pair: StereoPair, f_number: Scalar, defocus: Callable[[ViewName, Scalar, Scalar], Scalar]
 ) -> Scalar | NoiseModel:
     if isinstance(conditions.predicted_share, float) and conditions.predicted_share == 0.0:
         return conditions.constant
-    exposure, image_point = _imaging(conditions, pair, f_number, defocus)
+    exposure, points_at = _imaging(conditions, pair, f_number, defocus)
 
-    def noise_at(lower: Scalar, upper: Scalar, distance: Scalar) -> tuple[Scalar, Scalar]:
-        of_upper, of_lower = matching_noise(
-            image_point("upper", upper, distance),
-            image_point("lower", lower, distance),
+    def noise_at(slopes: PerView[Scalar], distance: Scalar) -> PerView[Scalar]:
+        matched = matching_noise(
+            points_at(slopes, distance),
             distance,
             conditions.texture,
             conditions.light,
@@ -142,6 +147,9 @@ def _noise_model(
         )
         floor = conditions.constant * conditions.constant
         share = conditions.predicted_share
-        return sqrt(floor + share * of_lower * of_lower), sqrt(floor + share * of_upper * of_upper)
+        return PerView(
+            lower=sqrt(floor + share * matched.lower * matched.lower),
+            upper=sqrt(floor + share * matched.upper * matched.upper),
+        )
 
     return noise_at

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from designer.design import VIEW_NAMES, Design, View
+from designer.design import Design, View, ViewName
 from designer.evaluate.depth import slopes_of_point, stereo_pair_of, volume_grid, volume_of
 from designer.evaluate.fabrication import surface_of
 from designer.optics.image_law import PERSPECTIVE, image_law_of
@@ -30,21 +30,21 @@ class SmallestObject:
     width_mm: NDArray[np.float64]
 
 
-def image_zones(design: Design) -> dict[str, tuple[float, float]]:
+def image_zones(design: Design) -> dict[ViewName, tuple[float, float]]:
     """Inner and outer image radius, in pixels, of the elevations asked of each view."""
-    return {name: _zone(design, _view(design, name)) for name in VIEW_NAMES}
+    return {name: _zone(design, view) for name, view in design.views.by_name.items()}
 
 
-def image_rims(design: Design) -> dict[str, tuple[float, float]]:
+def image_rims(design: Design) -> dict[ViewName, tuple[float, float]]:
     """Image radius, in pixels, of the inner and the outer edge of the first mirror on each view's path.
 
     A mirror reaches beyond its used zone by the edge margin, so its rims lie beyond :func:`image_zones`. Infinite for
     an edge that does not lie above the pinhole; whether another part hides it from the camera is not looked at.
     """
-    return {name: _rims(design, _view(design, name)) for name in VIEW_NAMES}
+    return {name: _rims(design, view) for name, view in design.views.by_name.items()}
 
 
-def angular_resolution_px_per_deg(design: Design, view_name: str, elevation_deg: ArrayLike) -> NDArray[np.float64]:
+def angular_resolution_px_per_deg(design: Design, view_name: ViewName, elevation_deg: ArrayLike) -> NDArray[np.float64]:
     """Pixels per degree of elevation along the radius, at elevations of that view."""
     view = _view(design, view_name)
     law = image_law_of(design.camera)
@@ -52,7 +52,9 @@ def angular_resolution_px_per_deg(design: Design, view_name: str, elevation_deg:
     return np.asarray(np.abs(slope) / design.camera.pixel_pitch_mm * np.pi / 180.0)
 
 
-def azimuthal_resolution_px_per_deg(design: Design, view_name: str, elevation_deg: ArrayLike) -> NDArray[np.float64]:
+def azimuthal_resolution_px_per_deg(
+    design: Design, view_name: ViewName, elevation_deg: ArrayLike
+) -> NDArray[np.float64]:
     """Pixels per degree of azimuth along the circle, at elevations of that view."""
     return _radii_px(design, _view(design, view_name), _slopes(elevation_deg)) * np.pi / 180.0
 
@@ -62,9 +64,10 @@ def smallest_object(design: Design, distance_mm: ArrayLike) -> SmallestObject:
     distance = np.asarray(distance_mm, dtype=float)
     pair = stereo_pair_of(design)
     low, high = volume_of(design).elevations
-    lower, upper = slopes_of_point(np.tan((low + high) / 2.0), distance, pair.baseline)
+    slopes = slopes_of_point(np.tan((low + high) / 2.0), distance, pair.baseline)
     heights, widths = [], []
-    for view, slope in ((design.views.lower, lower), (design.views.upper, upper)):
+    for name, view in design.views.by_name.items():
+        slope = slopes[name]
         radians_per_px = design.camera.pixel_pitch_mm / np.abs(
             image_radius_slope(slope, view.gain, design.camera.focal_length_mm, view.sense, pair.law)
         )
@@ -98,9 +101,9 @@ def quantisation_error_rms(design: Design, elevation_count: int = 401, distance_
     """
     pair = stereo_pair_of(design)
     elevations, distances = volume_grid(volume_of(design), elevation_count, distance_count)
-    lower, upper = slopes_of_point(np.tan(elevations), distances, pair.baseline)
-    seen_lower = _rounded_to_pixels(design, design.views.lower, lower)
-    seen_upper = _rounded_to_pixels(design, design.views.upper, upper)
+    slopes = slopes_of_point(np.tan(elevations), distances, pair.baseline)
+    seen_lower = _rounded_to_pixels(design, design.views.lower, slopes.lower)
+    seen_upper = _rounded_to_pixels(design, design.views.upper, slopes.upper)
     disparity = seen_lower - seen_upper
     if np.any(disparity <= 0):
         return float("inf")
@@ -108,10 +111,10 @@ def quantisation_error_rms(design: Design, elevation_count: int = 401, distance_
     return float(np.sqrt(np.mean(relative_error**2)))
 
 
-def _view(design: Design, name: str) -> View:
-    if name not in VIEW_NAMES:
+def _view(design: Design, name: ViewName) -> View:
+    if name not in design.views.by_name:
         raise ValueError(f"no view {name!r}: the views are upper and lower")
-    return design.views.upper if name == "upper" else design.views.lower
+    return design.views.by_name[name]
 
 
 def _slopes(elevation_deg: ArrayLike) -> NDArray[np.float64]:

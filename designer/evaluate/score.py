@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any
 
 import numpy as np
 from pydantic import JsonValue
@@ -29,6 +28,7 @@ from designer.evaluate.depth import (
 from designer.evaluate.fabrication import MirrorShape, mirror_shape, overall_diameter_mm, overall_height_mm
 from designer.evaluate.fabrication_notes import fabrication_notes_on
 from designer.evaluate.focus import FocusScore, focus_score
+from designer.evaluate.housing import StrutsScore, TubeScore, housing_score
 from designer.evaluate.limit import Arrangement, ImageBounds, depth_error_limit, limit_gains
 from designer.evaluate.magnitudes import check_magnitudes
 from designer.evaluate.points import PointScore, point_score
@@ -39,7 +39,7 @@ from designer.evaluate.resolution import (
     image_zones,
     quantisation_error_rms,
 )
-from designer.files import InputError, as_json
+from designer.files import InputError, as_json, finite
 from designer.optics.conversions import Shape
 from designer.optics.image_law import image_law_of, widest_half_tangent
 from designer.optics.view import elevation_tangents_of_views, half_angle_tangent
@@ -136,12 +136,14 @@ class Score:
     height_mm: float
     diameter_mm: float
     fabrication_notes: tuple[str, ...]
+    housing: TubeScore | StrutsScore | None = None
 
     def as_json(self) -> dict[str, JsonValue]:
         """The score as a design's file holds it: the depth errors stand beside the other keys."""
-        return self.depth.as_json() | {
-            field.name: as_json(getattr(self, field.name)) for field in fields(self) if field.name != "depth"
-        }
+        parts = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "depth"}
+        if self.housing is None:
+            del parts["housing"]
+        return self.depth.as_json() | {name: as_json(part) for name, part in parts.items()}
 
 
 def evaluate_design(design: Design) -> Score:
@@ -173,6 +175,7 @@ def evaluate_design(design: Design) -> Score:
             height_mm=overall_height_mm(design),
             diameter_mm=overall_diameter_mm(design),
             fabrication_notes=tuple(fabrication_notes_on(design)),
+            housing=housing_score(design),
         )
 
 
@@ -195,16 +198,16 @@ def _depth_score(design: Design, pair: StereoPair, volume: Volume) -> DepthScore
     worst = worst_depth_error(pair, volume, *uncertainties)
     limit = limit_of_design(design)
     return DepthScore(
-        depth_error_rms=_finite(rms),
-        depth_error_worst=_finite(worst),
+        depth_error_rms=finite(rms),
+        depth_error_worst=finite(worst),
         first_order_valid=worst <= FIRST_ORDER_BOUND,
-        depth_error_rms_second_order=_finite(depth_error_rms_second_order(pair, volume, *uncertainties)),
-        depth_error_worst_second_order=_finite(second_order(worst)),
+        depth_error_rms_second_order=finite(depth_error_rms_second_order(pair, volume, *uncertainties)),
+        depth_error_worst_second_order=finite(second_order(worst)),
         second_order_valid=worst <= SECOND_ORDER_BOUND,
         depth_error_limit=limit,
-        limit_ratio=None if limit is None else _finite(rms / limit),
-        depth_shift_per_scale=_finite(depth_shift_per_scale_rms(pair, volume)),
-        depth_shift_per_scale_worst=_finite(worst_depth_shift_per_scale(pair, volume)),
+        limit_ratio=None if limit is None else finite(rms / limit),
+        depth_shift_per_scale=finite(depth_shift_per_scale_rms(pair, volume)),
+        depth_shift_per_scale_worst=finite(worst_depth_shift_per_scale(pair, volume)),
     )
 
 
@@ -222,14 +225,14 @@ def check_scorable(design: Design) -> None:
     check_image_law(design)
     slopes = (math.tan(math.radians(low)), math.tan(math.radians(high)))
     ranges = elevation_tangents_of_views(slopes, (near, far), design.baseline_mm)
-    for name, view, from_volume in zip(VIEW_NAMES, (design.views.upper, design.views.lower), ranges, strict=True):
+    for name, view in design.views.by_name.items():
         if view.gain == 0:
             raise InputError(f"views.{name}.gain = 0: must not be zero")
         if not -90 < view.elevation_deg[0] < view.elevation_deg[1] < 90:
             raise InputError(
                 f"views.{name}.elevation_deg = {list(view.elevation_deg)}: must be increasing, between -90 and 90"
             )
-        ends = [*from_volume, *(math.tan(math.radians(end)) for end in view.elevation_deg)]
+        ends = [*ranges[name], *(math.tan(math.radians(end)) for end in view.elevation_deg)]
         if any(abs(view.gain) * half_angle_tangent(end, view.sense) >= 1 for end in ends):
             raise InputError(f"views.{name}.gain = {view.gain:g}: its rays would reach the pinhole from behind")
 
@@ -259,18 +262,19 @@ def limit_of_design(design: Design) -> float | None:
     law = image_law_of(camera)
     bounds = ImageBounds(camera.image_radius_mm, design.zone_gap_px * camera.pixel_pitch_mm, law)
     at = (arrangement, volume_of(design), design.baseline_mm, camera.focal_length_mm, bounds)
-    if min(limit_gains(*at)) <= 0:
+    gains = limit_gains(*at)
+    if min(gains.lower, gains.upper) <= 0:
         return None
     return float(depth_error_limit(*at, noise_mm_of(design), design.scale_uncertainty))
 
 
 def _quantisation(design: Design, pair: StereoPair, volume: Volume) -> Quantisation:
     first_order = float(depth_error_rms(pair, volume, ROUNDING_NOISE_PX * design.camera.pixel_pitch_mm))
-    return Quantisation(_finite(quantisation_error_rms(design)), _finite(first_order))
+    return Quantisation(finite(quantisation_error_rms(design)), finite(first_order))
 
 
 def _resolution(design: Design, view_name: ViewName) -> tuple[AngularResolution, ...]:
-    view = design.views.upper if view_name == "upper" else design.views.lower
+    view = design.views.by_name[view_name]
     low, high = view.elevation_deg
     elevations = np.array([low, (low + high) / 2.0, high])
     radial = angular_resolution_px_per_deg(design, view_name, elevations)
@@ -304,9 +308,4 @@ def _mirror_score(shape: MirrorShape) -> MirrorScore:
 
 
 def _finite_pair(values: tuple[float, float]) -> tuple[float | None, float | None]:
-    return _finite(values[0]), _finite(values[1])
-
-
-def _finite(value: Any) -> float | None:
-    number = float(value)
-    return number if math.isfinite(number) else None
+    return finite(values[0]), finite(values[1])

@@ -84,7 +84,7 @@ def sharpest_focus(design: Design) -> tuple[float, float]:
     """
     focus = focus_of_design(design)
     depths, weights = [], []
-    for name, view in (("upper", focus.upper), ("lower", focus.lower)):
+    for name, view in focus.by_name.items():
         slope = np.tan(np.radians(view.elevations_deg))[:, None]
         weight = blur_in_scene(light_path_of_design(design, name), slope, focus.lens, 1.0)
         depths.append(view.reciprocal_depths.ravel())

@@ -1,24 +1,30 @@
-"""Half-profiles of the mirrors as a drawing (``.dxf``) for CAD: exact conics, in mm, to be revolved about the axis.
+"""Half-profiles of mirrors and housing (``.dxf``) for CAD: exact conics, in mm, to be revolved about the axis.
 
 The drawing's x is the distance from the axis, its y the height above the pinhole.
 """
 
 from __future__ import annotations
 
-import io
 import re
+from itertools import pairwise
 from typing import Any
+
+import numpy as np
 
 from designer.design import Design, Mirror
 from designer.export.conic_arc import profile_arc
+from designer.export.dxf_document import dxf_document, text_of
+from designer.export.housing_words import housing_words
 from designer.files import InputError
 from designer.trace.instrument import sag
+from designer.trace.outline import housing_sections
 
 # What every CAD program takes in the name of a layer.
 _LAYER_NAME = re.compile(r"[A-Za-z0-9_. -]{1,100}")
 # A drawing's own tolerance is some 1e-10 of its size.
 LARGEST_MM = 1e6
 _TEXT_HEIGHT_MM = 2.5
+HOUSING_LAYER = "housing"
 
 
 def dxf_drawing(design: Design) -> dict[str, str]:
@@ -29,23 +35,13 @@ def dxf_drawing(design: Design) -> dict[str, str]:
     InputError
         A profile or a name is none that a drawing can hold.
     """
-    import ezdxf
-
     _check(design)
-    # The time of writing and random identifiers would make every file of the same design another one.
-    before = ezdxf.options.write_fixed_meta_data_for_testing
-    ezdxf.options.write_fixed_meta_data_for_testing = True
-    try:
-        drawing = ezdxf.new("R2010", units=ezdxf.units.MM)
-        drawing.header["$MEASUREMENT"] = 1
+    with dxf_document() as drawing:
         for mirror in design.mirrors:
             _draw_mirror(drawing, mirror)
+        _draw_housing(drawing, design)
         _draw_notes(drawing, design)
-        stream = io.StringIO()
-        drawing.write(stream)
-    finally:
-        ezdxf.options.write_fixed_meta_data_for_testing = before
-    return {design.configuration: stream.getvalue()}
+        return {design.configuration: text_of(drawing)}
 
 
 def _check(design: Design) -> None:
@@ -78,6 +74,19 @@ def _draw_mirror(drawing: Any, mirror: Mirror) -> None:
         space.add_line(rim, behind, dxfattribs={"layer": blank})
 
 
+def _draw_housing(drawing: Any, design: Design) -> None:
+    """The wall of a tube, or one strut, as a closed outline."""
+    sections = housing_sections(design)
+    if not sections:
+        return
+    if np.abs(sections[-1]).max() > LARGEST_MM:
+        raise InputError(f"housing: larger than a drawing can hold (at most {LARGEST_MM:g} mm)")
+    drawing.layers.add(HOUSING_LAYER, color=4)
+    corners = [(float(r), float(z)) for r, z in sections[-1]]
+    for start, end in pairwise(corners):
+        drawing.modelspace().add_line(start, end, dxfattribs={"layer": HOUSING_LAYER})
+
+
 def _draw_notes(drawing: Any, design: Design) -> None:
     """The axis, the pinhole, and what the drawing shows in words."""
     drawing.layers.add("axis", color=5)
@@ -96,6 +105,7 @@ def _draw_notes(drawing: Any, design: Design) -> None:
             f"reflecting side faces {mirror.faces}"
             for mirror in design.mirrors
         ),
+        *housing_words(design),
     ]
     for number, line in enumerate(lines, 2):
         place = (0.0, low - 10.0 - 2.0 * _TEXT_HEIGHT_MM * number)

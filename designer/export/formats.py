@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from designer.as_built.named import NamedTolerances
 from designer.design import Design
 from designer.evaluate.magnitudes import check_magnitudes
+from designer.export.drawing.dxf_sheets import dxf_sheets
 from designer.export.drawing.sheets import drawing_sheets
 from designer.export.dxf import dxf_drawing
 from designer.export.optiland import optiland_files
@@ -48,6 +50,8 @@ class ExportFormat:
     extra
         The optional part of the installation (:mod:`designer.extras`) that ``contents`` needs; None if it needs
         no more than the designer itself.
+    toleranced
+        The contents with tolerances; None if the format has no place for them.
     """
 
     description: str
@@ -56,6 +60,7 @@ class ExportFormat:
     contents: Callable[[Design], Mapping[str, str | bytes]]
     leaves_out: str
     extra: str | None = None
+    toleranced: Callable[[Design, NamedTolerances], Mapping[str, str | bytes]] | None = None
 
     @property
     def written_as(self) -> str:
@@ -71,31 +76,31 @@ EXPORTS: dict[str, ExportFormat] = {
         suffix=".csv",
         one_file_for="mirror",
         contents=sag_tables,
-        leaves_out="the camera, the substrates and the light",
+        leaves_out="the camera, the substrates, the housing and the light",
     ),
     "zmx": ExportFormat(
         description="Zemax OpticStudio, sequential mode: sensor, ideal lens, mirrors and a wall in the scene",
         suffix=".zmx",
         one_file_for="view",
         contents=zmx_files,
-        leaves_out="substrates, lens barrel and camera body, which can block light",
+        leaves_out="substrates, lens barrel, camera body and struts, which can block light, and a tube, which refracts",
     ),
     "povray": ExportFormat(
         description="POV-Ray scene: mirrors as exact quadrics, the camera in the pinhole, and a wall",
         suffix=".pov",
         one_file_for="design",
         contents=povray_scene,
-        leaves_out="the lens (focus, blur and lost light): the camera is a pinhole",
+        leaves_out="the lens (focus, blur and lost light): the camera is a pinhole; and the housing",
     ),
     "optiland": ExportFormat(
         description="optiland's JSON: the same system as zmx",
         suffix=".json",
         one_file_for="view",
         contents=optiland_files,
-        leaves_out="substrates, lens barrel and camera body, which can block light",
+        leaves_out="substrates, lens barrel, camera body and struts, which can block light, and a tube, which refracts",
     ),
     "dxf": ExportFormat(
-        description="half-profiles of the mirrors for CAD, as exact conics",
+        description="half-profiles of mirrors, as exact conics, and housing for CAD",
         suffix=".dxf",
         one_file_for="design",
         contents=dxf_drawing,
@@ -103,18 +108,18 @@ EXPORTS: dict[str, ExportFormat] = {
         extra="dxf",
     ),
     "stl": ExportFormat(
-        description="solids of the mirrors as triangles, within 1 µm of the conics, in their places",
+        description="solids of mirrors and housing as triangles, within 1 µm of the surfaces, in their places",
         suffix=".stl",
-        one_file_for="mirror",
+        one_file_for="solid",
         contents=stl_solids,
-        leaves_out="the camera, the light and what holds the mirrors",
+        leaves_out="the camera, the light and the seats that hold the mirrors",
     ),
     "step": ExportFormat(
-        description="solids of the mirrors for CAD, with exact surfaces, in place; the assembly with lens barrel",
+        description="solids of mirrors and housing for CAD, exact surfaces, in place; the assembly with lens barrel",
         suffix=".step",
         one_file_for="solid",
         contents=step_solids,
-        leaves_out="the camera's body, the light and what holds the mirrors",
+        leaves_out="the camera's body, the light and the seats that hold the mirrors",
         extra="step",
     ),
     "drawing": ExportFormat(
@@ -122,8 +127,18 @@ EXPORTS: dict[str, ExportFormat] = {
         suffix=".pdf",
         one_file_for="sheet",
         contents=drawing_sheets,
-        leaves_out="tolerances and what holds the mirrors, which the sheets leave to be agreed",
+        leaves_out="seats of the mirrors and, unless given, tolerances, which the sheets leave to be agreed",
         extra="drawing",
+        toleranced=drawing_sheets,
+    ),
+    "drawing-dxf": ExportFormat(
+        description="the same sheets for CAD, in true millimetres, with dimensions that a program measures",
+        suffix=".dxf",
+        one_file_for="sheet",
+        contents=dxf_sheets,
+        leaves_out="seats of the mirrors and, unless given, tolerances, which the sheets leave to be agreed",
+        extra="dxf",
+        toleranced=dxf_sheets,
     ),
 }
 """Every format by its name on the command line."""
@@ -145,7 +160,9 @@ def export_format(name: str) -> ExportFormat:
     return found
 
 
-def export_design(design: Design, name: str, target: Path) -> tuple[Path, ...]:
+def export_design(
+    design: Design, name: str, target: Path, tolerances: NamedTolerances | None = None
+) -> tuple[Path, ...]:
     """Write a design in one of the formats; every file is complete, and none is written unless all can be.
 
     Parameters
@@ -155,6 +172,8 @@ def export_design(design: Design, name: str, target: Path) -> tuple[Path, ...]:
     target
         A file for a format that holds the whole design in one, else a folder, in which each mirror or view has a
         file of its name. It is made if it is absent; files that are already there are replaced.
+    tolerances
+        What the parts may depart by, for a format that has a place for it.
 
     Returns
     -------
@@ -163,14 +182,15 @@ def export_design(design: Design, name: str, target: Path) -> tuple[Path, ...]:
     Raises
     ------
     InputError
-        There is no such format, the format cannot hold the design, or the target does not fit the format.
+        There is no such format, the format cannot hold the design or the tolerances, or the target does not fit the
+        format.
     """
     check_target(name, target)
     chosen = export_format(name)
     if chosen.one_file_for == "design":
-        files = dict.fromkeys([target], *_contents(chosen, design).values())
+        files = dict.fromkeys([target], *_contents(name, design, tolerances).values())
     else:
-        files = {target / file: content for file, content in exported_files(design, name).items()}
+        files = {target / file: content for file, content in exported_files(design, name, tolerances).items()}
         for path in files:
             if path.is_dir():
                 raise InputError(f"{path}: is a folder; a file of this name is to be written")
@@ -179,23 +199,29 @@ def export_design(design: Design, name: str, target: Path) -> tuple[Path, ...]:
     return tuple(files)
 
 
-def exported_files(design: Design, name: str) -> dict[str, str | bytes]:
+def exported_files(design: Design, name: str, tolerances: NamedTolerances | None = None) -> dict[str, str | bytes]:
     """What a format makes of a design, by names of files that are safe to write into one folder.
 
     Raises
     ------
     InputError
-        There is no such format, it cannot hold the design, or a part's name cannot name a file.
+        There is no such format, it cannot hold the design or the tolerances, or a part's name cannot name a file.
     """
     chosen = export_format(name)
-    contents = _contents(chosen, design)
+    contents = _contents(name, design, tolerances)
     _check_names(chosen, contents)
     return {f"{part}{chosen.suffix}": content for part, content in contents.items()}
 
 
-def _contents(chosen: ExportFormat, design: Design) -> Mapping[str, str | bytes]:
+def _contents(name: str, design: Design, tolerances: NamedTolerances | None) -> Mapping[str, str | bytes]:
+    chosen = EXPORTS[name]
     check_magnitudes(design)
-    return chosen.contents(design)
+    if tolerances is None:
+        return chosen.contents(design)
+    if chosen.toleranced is None:
+        holding = ", ".join(other for other, entry in EXPORTS.items() if entry.toleranced is not None)
+        raise InputError(f"tolerances {tolerances.name}: {name} has no place for them; these have: {holding}")
+    return chosen.toleranced(design, tolerances)
 
 
 def check_target(name: str, target: Path) -> None:

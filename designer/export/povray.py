@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from designer.design import Camera, Design, Mirror
+from designer.export.housing_words import without_the_housing
 from designer.export.sequential import refuse_other_laws
 from designer.files import InputError
 from designer.trace.instrument import sag
@@ -43,6 +44,7 @@ def _head(design: Design) -> list[str]:
         f"// {' '.join(design.configuration.split())}: all lengths in mm, origin at the pinhole, z up along the axis.",
         f"// povray +I<this file> +W{camera.width_px} +H{camera.height_px} +A0.1",
         "// The camera is a pinhole: the lens's focus and the light that its pupil loses are not in this scene.",
+        *(f"// {sentence}" for sentence in without_the_housing(design)),
         "// Put a scene of your own in the place of the wall at the end.",
         "#version 3.7;",
         "global_settings { assumed_gamma 1.0 max_trace_level 12 }",

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from designer.design import Camera, Design, Mirror, ViewName
+from designer.export.housing_words import without_the_housing
 from designer.files import InputError
 from designer.trace.aiming import pinhole_angles, widest_pinhole_angle
 from designer.trace.bundles import pinhole_directions
@@ -52,6 +53,8 @@ class SequentialView:
         Elevations of the fields, evenly from the lowest to the highest that the view must see.
     sensor_heights_mm
         Place y on the sensor whose light leaves at each of those elevations towards +y.
+    left_out
+        Sentences on what this design has and the file has not.
     """
 
     title: str
@@ -63,6 +66,7 @@ class SequentialView:
     wall_mm: float
     elevations_deg: tuple[float, ...]
     sensor_heights_mm: tuple[float, ...]
+    left_out: tuple[str, ...] = ()
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -74,6 +78,7 @@ class SequentialView:
             f"Fields: points of the sensor at elevations {elevations} deg.",
             f"Wall: {self.wall_mm:.6g} mm from the axis, its zero at the height of the effective viewpoint.",
             "Not in this file: substrates, lens barrel, camera body and the other view, all of which can block light.",
+            *self.left_out,
         )
 
 
@@ -129,4 +134,5 @@ def _sequential_view(design: Design, name: ViewName) -> SequentialView:
         elevations_deg=tuple(elevations.tolist()),
         # The image on the sensor is upside down.
         sensor_heights_mm=tuple((-np.sign(outwards) * heights).tolist()),
+        left_out=without_the_housing(design),
     )

@@ -2,21 +2,23 @@
 
 The outline of half a section, two exact arcs of a conic and two straight edges, is turned about the axis by the CAD
 kernel Open CASCADE. Its surfaces of revolution are the conics themselves, not approximations. The assembly has each
-mirror as a part with its name, and the lens barrel.
+mirror as a part with its name, the housing and the lens barrel.
 """
 
 from __future__ import annotations
 
 import itertools
+import math
 import re
 import tempfile
 from pathlib import Path
 from typing import Any
 
 from designer.design import Design, Mirror
-from designer.export.assembly_name import ASSEMBLY, check_no_mirror_is_the_assembly
+from designer.export.assembly_name import ASSEMBLY, check_names_of_parts, housing_parts
 from designer.export.conic_arc import LARGEST_MM, LEAST_MM, ConicArc, check_solid, profile_arc
 from designer.files import InputError
+from designer.housing import Struts, Tube
 
 _WRITTEN_AT = re.compile(rb"'\d{4}-\d\d-\d\dT[\d:]+'")
 _PLAIN = re.compile(r"[A-Za-z0-9_. -]{1,100}")
@@ -26,15 +28,15 @@ _NO_TIME = b"'1970-01-01T00:00:00'"
 
 
 def step_solids(design: Design) -> dict[str, bytes]:
-    """The solid of each mirror of a design, by the mirror's name; last the assembly. Same design, same bytes.
+    """The solids of a design's mirrors and housing, by their names; last the assembly. Same design, same bytes.
 
     Raises
     ------
     InputError
         A mirror is none that the kernel can build, or has the assembly's name.
     """
-    check_no_mirror_is_the_assembly(design)
-    solids = {mirror.name: mirror_solid(mirror) for mirror in design.mirrors}
+    check_names_of_parts(design)
+    solids = {mirror.name: mirror_solid(mirror) for mirror in design.mirrors} | _housing(design)
     files = {name: _file(solid, name) for name, solid in solids.items()}
     return files | {ASSEMBLY: _assembly(solids | _barrel(design))}
 
@@ -97,6 +99,34 @@ def _arc_edge(arc: ConicArc) -> Any:
     return BRepBuilderAPI_MakeEdge(Geom_BezierCurve(points, weights)).Edge()
 
 
+def _housing(design: Design) -> dict[str, Any]:
+    """The tube as a hollow cylinder, or each strut as a round rod, by their names; nothing without a housing."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+
+    housing = design.housing
+    if housing is None:
+        return {}
+    if isinstance(housing, Tube):
+        outer, inner = (_rod(0.0, 0.0, each, housing) for each in (housing.outer_radius_mm, housing.inner_radius_mm))
+        return {"tube": BRepAlgoAPI_Cut(outer, inner).Shape()}
+    rods = {}
+    for name, azimuth in zip(housing_parts(design), map(math.radians, housing.azimuths_deg), strict=True):
+        x, y = housing.radius_mm * math.cos(azimuth), housing.radius_mm * math.sin(azimuth)
+        rods[name] = _rod(x, y, housing.width_mm / 2.0, housing)
+    return rods
+
+
+def _rod(x: float, y: float, radius: float, housing: Tube | Struts) -> Any:
+    """A vertical cylinder as tall as the housing."""
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+    if min(radius, housing.length_mm) < LEAST_MM or max(radius, abs(housing.low_mm), abs(housing.high_mm)) > LARGEST_MM:
+        raise InputError(f"housing: its lengths must be between {LEAST_MM:g} and {LARGEST_MM:g} mm")
+    foot = gp_Ax2(gp_Pnt(x, y, housing.low_mm), gp_Dir(0.0, 0.0, 1.0))
+    return BRepPrimAPI_MakeCylinder(foot, radius, housing.length_mm).Shape()
+
+
 def _barrel(design: Design) -> dict[str, Any]:
     """The lens barrel as a plain cylinder, from its seat to its front; nothing if it has no length."""
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
@@ -122,9 +152,7 @@ def _file(solid: Any, name: str) -> bytes:
     Interface_Static.SetCVal_s("write.step.product.name", _PART)
     writer.Transfer(solid, STEPControl_AsIs)
     # A running number would make every file of the same design another one.
-    return re.sub(
-        rb"'%b \d+'" % _PART.encode("ascii"), f"'{_shown(name)}'".encode("ascii"), _written(writer, f"mirror {name}")
-    )
+    return re.sub(rb"'%b \d+'" % _PART.encode("ascii"), f"'{_shown(name)}'".encode("ascii"), _written(writer, name))
 
 
 def _assembly(solids: dict[str, Any]) -> bytes:

@@ -1,4 +1,4 @@
-"""Solids of the mirrors as triangles (binary ``.stl``), in mm, each in its place above the pinhole.
+"""Solids of mirrors and housing as triangles (binary ``.stl``), in mm, each in its place above the pinhole.
 
 The face, its back shifted along the axis, the outer edge and the hole close the solid. The corners of the triangles lie
 on the conic; between them the triangles depart from it by less than a micrometre. Two neighbouring rings of corners and
@@ -15,8 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from designer.design import Design, Mirror
+from designer.export.assembly_name import check_names_of_parts, housing_parts
 from designer.export.conic_arc import ConicArc, check_solid, height_over_chord_mm, profile_arc, split
 from designer.files import InputError
+from designer.housing import Tube
 from designer.trace.instrument import sag
 
 CHORD_ERROR_MM = 1e-3
@@ -40,14 +42,33 @@ class Mesh:
 
 
 def stl_solids(design: Design) -> dict[str, bytes]:
-    """The solid of each mirror of a design, by the mirror's name.
+    """The solids of a design's mirrors and housing, by their names.
 
     Raises
     ------
     InputError
         A mirror has no thickness, or is too large or too steep for triangles of this accuracy.
     """
-    return {mirror.name: _binary(mirror_mesh(mirror)) for mirror in design.mirrors}
+    check_names_of_parts(design)
+    meshes = {mirror.name: mirror_mesh(mirror) for mirror in design.mirrors}
+    return {name: _binary(mesh) for name, mesh in (meshes | housing_meshes(design)).items()}
+
+
+def housing_meshes(design: Design) -> dict[str, Mesh]:
+    """The tube, or each strut, as triangles, by their names; nothing for a design without a housing."""
+    housing, names = design.housing, housing_parts(design)
+    if housing is None:
+        return {}
+    low, high = housing.low_mm, housing.high_mm
+    if isinstance(housing, Tube):
+        inner, outer = housing.inner_radius_mm, housing.outer_radius_mm
+        section = np.array([[inner, low], [outer, low], [outer, high], [inner, high]])
+        return {names[0]: _revolved(section, _meridians(outer))}
+    radius = housing.width_mm / 2.0
+    rod = _revolved(np.array([[0.0, low], [radius, low], [radius, high], [0.0, high]]), _meridians(radius))
+    angles = np.radians(housing.azimuths_deg)
+    places = housing.radius_mm * np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=-1)
+    return {name: Mesh(rod.corners_mm + place, rod.triangles) for name, place in zip(names, places, strict=True)}
 
 
 def mirror_mesh(mirror: Mirror) -> Mesh:
@@ -59,7 +80,7 @@ def mirror_mesh(mirror: Mirror) -> Mesh:
         The mirror has no thickness, or is too large or too steep for triangles of this accuracy.
     """
     check_solid(mirror)
-    meridians = _meridians(mirror)
+    meridians = _meridians(mirror.outer_radius_mm)
     most = _MOST_TRIANGLES / (4 * meridians)
     radii = _radii(mirror, most)
     if radii.size > most:
@@ -76,9 +97,9 @@ def mirror_mesh(mirror: Mirror) -> Mesh:
     return _revolved(section, meridians)
 
 
-def _meridians(mirror: Mirror) -> int:
+def _meridians(outer_radius: float) -> int:
     """How many meridians keep the outer circle close enough to its chords."""
-    share = min(_AROUND_MM / mirror.outer_radius_mm, 0.5)
+    share = min(_AROUND_MM / outer_radius, 0.5)
     return max(16, math.ceil(math.pi / math.acos(1.0 - share)))
 
 

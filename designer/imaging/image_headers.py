@@ -12,7 +12,7 @@ _JPEG_FRAMES = set(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 _TIFF_WIDTH, _TIFF_HEIGHT, _TIFF_ORIENTATION = 256, 257, 274
 
 
-def size_of(data: bytes) -> tuple[int, int] | None:
+def image_size(data: bytes) -> tuple[int, int] | None:
     """Width and height in pixels of a PNG, BMP, JPEG or TIFF; None of other files and where there is no header."""
     try:
         if data.startswith(_PNG_SIGNATURE):
@@ -34,7 +34,7 @@ def notes_another_orientation_as_tiff(data: bytes) -> bool:
     return _tiff_tags(data).get(_TIFF_ORIENTATION, 1) != 1
 
 
-def is_truncated(data: bytes) -> bool:
+def is_image_truncated(data: bytes) -> bool:
     """Whether a PNG or JPEG lacks its end, or a PNG is damaged."""
     if data.startswith(_PNG_SIGNATURE):
         return not _has_whole_png_chunks(data)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from designer.design import Camera
 from designer.files import InputError, read_bytes, write_atomically
-from designer.imaging.image_headers import is_truncated, notes_another_orientation_as_tiff, size_of
+from designer.imaging.image_headers import image_size, is_image_truncated, notes_another_orientation_as_tiff
 
 Image = NDArray[np.uint8]
 """Grey (height, width), or colour (height, width, 3) in OpenCV's order: blue, green, red."""
@@ -33,12 +33,12 @@ def read_raw_image(path: Path, camera: Camera) -> Image:
     """
     data = read_bytes(path, LARGEST_BYTES, "raw image")
     # Decoders fill what is missing of a truncated image with grey, and say nothing.
-    if is_truncated(data):
+    if is_image_truncated(data):
         raise InputError(f"{path}: the image is truncated or damaged; copy it again")
     if notes_another_orientation_as_tiff(data):
         raise InputError(f"{path}: this TIFF has a rotation flag; save it as the camera recorded it (orientation 1)")
     # Before decoding, which takes gigabytes for some sizes that a file may claim.
-    _check_size(path, size_of(data), camera)
+    _check_size(path, image_size(data), camera)
     as_recorded = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_IGNORE_ORIENTATION
     try:
         decoded = cv2.imdecode(np.frombuffer(data, np.uint8), as_recorded) if data else None

@@ -52,6 +52,11 @@ def degrees(radians: Scalar) -> Scalar:
     return radians * (180.0 / np.pi)
 
 
+def radians(degrees: Scalar) -> Scalar:
+    """Degrees as radians."""
+    return degrees * (np.pi / 180.0)
+
+
 def maximum(first: Scalar, second: Scalar) -> Scalar:
     """The larger of two values, element by element."""
     if is_symbolic(first) or is_symbolic(second):

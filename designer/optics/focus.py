@@ -22,7 +22,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
-from designer.design import Camera, Design, Sense
+from designer.design import Camera, Design, Sense, ViewName
 from designer.optics.backend import Scalar, absolute, sqrt
 from designer.optics.conic import FocalConic
 from designer.optics.image_law import PERSPECTIVE, ImageLaw, image_law_of
@@ -107,7 +107,7 @@ class LightWidth:
 
 
 @dataclass(frozen=True, slots=True)
-class Lens:
+class FocusedLens:
     """A focused lens: principal distance f, f-number N, the reciprocal w = 1/u of its focus distance, and its law.
 
     u counts from the entrance pupil, and w = 0 is focus at infinity. The nominal focal length f0 follows from
@@ -206,7 +206,7 @@ def reciprocal_image_depth(ray: ChiefRay, reciprocal_distance: Scalar) -> Scalar
     return reciprocal_image_distance(ray, reciprocal_distance) / ray.pinhole_cosine
 
 
-def blur_in_scene(path: LightPath, slope: Scalar, lens: Lens, blur: Scalar) -> Scalar:
+def blur_in_scene(path: LightPath, slope: Scalar, lens: FocusedLens, blur: Scalar) -> Scalar:
     """A blur in a perspective image (mm) as an angle of elevation in the scene (radians), its sign kept.
 
     blur / |dr/dphi|, both of r = f tan(psi): the lens's law stretches both alike.
@@ -253,7 +253,7 @@ def light_path_of_layout(path: OpticalPath, gain: Scalar, sense: Sense) -> Light
     return LightPath(mirrors, path.viewpoint, gain, sense)
 
 
-def light_path_of_design(design: Design, view_name: str) -> LightPath:
+def light_path_of_design(design: Design, view_name: ViewName) -> LightPath:
     """The light path of a finished design's view, "upper" or "lower": of one mirror or of a folded pair.
 
     Vertices and curvatures come from the mirrors, the foci from the pinhole and the recorded viewpoint: for a design
@@ -264,7 +264,7 @@ def light_path_of_design(design: Design, view_name: str) -> LightPath:
     ValueError
         The view has more than two mirrors, whose foci no record holds.
     """
-    view = getattr(design.views, view_name)
+    view = design.views.by_name[view_name]
     if len(view.path) > 2:
         raise ValueError(f"the {view_name} view has {len(view.path)} mirrors: their foci are recorded for two only")
     mirrors = []
@@ -277,10 +277,10 @@ def light_path_of_design(design: Design, view_name: str) -> LightPath:
     return LightPath(tuple(mirrors), view.viewpoint_mm, view.gain, view.sense)
 
 
-def lens_of_camera(camera: Camera) -> Lens:
+def lens_of_camera(camera: Camera) -> FocusedLens:
     """The lens as a design records it; focus at infinity where none is recorded."""
     reciprocal = 1.0 / camera.focus_distance_mm if camera.focus_distance_mm else 0.0
-    return Lens(camera.focal_length_mm, camera.f_number, reciprocal, image_law_of(camera))
+    return FocusedLens(camera.focal_length_mm, camera.f_number, reciprocal, image_law_of(camera))
 
 
 def _chain(ray: ChiefRay, reciprocal_distance: Scalar) -> tuple[tuple[Scalar, ...], Scalar]:

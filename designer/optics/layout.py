@@ -14,6 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
+from designer.design import ViewName
 from designer.optics.backend import Scalar, maximum, sqrt, where
 from designer.optics.conic import FocalConic, Surface
 from designer.optics.overall_size import OverallSize, Substrate, overall_size
@@ -66,7 +67,7 @@ class OpticalPath:
     light at the pinhole, ``world_widths`` are those of the two ends beyond the last mirror, across the ray.
     """
 
-    view: str
+    view: ViewName
     viewpoint: Scalar
     slopes: tuple[Scalar, Scalar]
     reflections: tuple[Reflection, ...]
@@ -104,7 +105,7 @@ class LegEnd:
 class Leg:
     """The light of one view between two successive ends."""
 
-    view: str
+    view: ViewName
     name: str
     start: LegEnd
     end: LegEnd

@@ -10,7 +10,7 @@ All functions take floats, NumPy arrays or CasADi symbols; lengths in mm, angles
 
 from __future__ import annotations
 
-from designer.design import Sense
+from designer.design import PerView, Sense
 from designer.optics.backend import Scalar, sqrt
 from designer.optics.image_law import PERSPECTIVE, ImageLaw
 
@@ -64,7 +64,7 @@ def image_half_tangent(image_radius: Scalar, principal_distance: Scalar, law: Im
 
 def elevation_tangents_of_views(
     elevation_tangents: tuple[Scalar, Scalar], distances: tuple[Scalar, Scalar], baseline: Scalar
-) -> tuple[tuple[Scalar, Scalar], tuple[Scalar, Scalar]]:
+) -> PerView[tuple[Scalar, Scalar]]:
     """The ranges of tan(phi) that the two viewpoints need to see a working volume (docs/theory.md, section 5).
 
     The volume's corners decide: the upper viewpoint, b/2 above the middle, sees the bottom of the near wall
@@ -81,9 +81,12 @@ def elevation_tangents_of_views(
 
     Returns
     -------
-    (low, high) of the upper view, then (low, high) of the lower view.
+    (low, high) of each view.
     """
     low, high = elevation_tangents
     near, far = distances
     half = baseline / 2.0
-    return (low - half / near, high - half / far), (low + half / far, high + half / near)
+    return PerView(
+        upper=(low - half / near, high - half / far),
+        lower=(low + half / far, high + half / near),
+    )

@@ -38,7 +38,7 @@ from designer.optimise.problem import Array
 from designer.optimise.required_numbers import specification_of
 from designer.optimise.search import MOST_DESIGNS_IN_SECOND_STAGE, SearchResult
 from designer.optimise.separating_directions import SeparatingDirections
-from designer.optimise.solver import Target
+from designer.optimise.solver import StageTarget
 from designer.optimise.variables import free_ranges
 from designer.optimise.variants import enumerate_variants
 from designer.requirement import SAME_OBJECTIVE, Requirement
@@ -134,7 +134,7 @@ def _branches(
     hopeless: Collection[tuple[int, int]] = (),
 ) -> list[_Branch]:
     """Every lens and variant after its first stage, but those of which nothing is known and nothing sought."""
-    first = Target(requirement.objective.minimise)
+    first = StageTarget(requirement.objective.minimise)
     branches = []
     by_branch = {(start.lens, start.variant): start for start in own}
     for (lens_index, lens), (variant_index, variant) in product(
@@ -160,7 +160,7 @@ def _branches(
     return branches
 
 
-def _first_stage(requirement: Requirement, again: _Branch, target: Target, fresh: Fresh | None) -> None:
+def _first_stage(requirement: Requirement, again: _Branch, target: StageTarget, fresh: Fresh | None) -> None:
     goal, task = target.minimise, again.branch.task
     feasible, others = _from_neighbours(again, goal)
     found = improve(task, feasible, target) if feasible else []
@@ -215,7 +215,7 @@ def _is_elsewhere(scaled: Array, known: Sequence[Array]) -> bool:
     return all(np.abs(scaled - other).max() > ELSEWHERE for other in known)
 
 
-def _afresh(requirement: Requirement, branch: Branch, target: Target, fresh: Fresh) -> list[Candidate]:
+def _afresh(requirement: Requirement, branch: Branch, target: StageTarget, fresh: Fresh) -> list[Candidate]:
     alone = Branch(branch.lens, branch.variant, branch.task)
     if fresh.few:
         search_with_few_starts(requirement, alone, target, fresh.few, fresh.seed)
@@ -234,7 +234,7 @@ def _conclude(
     ]
     if not min(values, default=np.inf) < np.inf:
         return None
-    target = Target(goals.then, ((goals.minimise, min(values) * (1.0 + goals.tolerance)),))
+    target = StageTarget(goals.then, ((goals.minimise, min(values) * (1.0 + goals.tolerance)),))
     least = min((own.second_value for again in branches if (own := again.own) and own.second_value), default=np.inf)
     smaller = [_smaller_of_neighbours(again, target, np.inf if is_changed else least) for again in branches]
     if not is_changed and not any(smaller):
@@ -268,7 +268,7 @@ def _conclude(
     )
 
 
-def _smallest(again: _Branch, target: Target, smaller: Sequence[Candidate]) -> Candidate | None:
+def _smallest(again: _Branch, target: StageTarget, smaller: Sequence[Candidate]) -> Candidate | None:
     """The best second-stage design of a branch: its own, a neighbour's, or one that starts from what was found."""
     task, known = again.branch.task, again.own
     own = recalled_second(task, known) if known is not None else None
@@ -287,7 +287,7 @@ def _smallest(again: _Branch, target: Target, smaller: Sequence[Candidate]) -> C
     return min(found, key=lambda design: design.goals[target.minimise], default=None)
 
 
-def _smaller_of_neighbours(again: _Branch, target: Target, value: float) -> list[Candidate]:
+def _smaller_of_neighbours(again: _Branch, target: StageTarget, value: float) -> list[Candidate]:
     """Neighbours' second-stage designs that keep the first objective's bound here and are smaller than a value."""
     smaller = [
         start

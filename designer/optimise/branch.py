@@ -31,7 +31,7 @@ from designer.optimise.problem import Array, Problem
 from designer.optimise.required_numbers import specification_of
 from designer.optimise.screening import LARGE_GAIN_SHARE, screen
 from designer.optimise.separating_directions import SeparatingDirections
-from designer.optimise.solver import Target
+from designer.optimise.solver import StageTarget
 from designer.optimise.variables import (
     SMALLEST_GAIN_SHARE,
     bounds_of,
@@ -94,7 +94,8 @@ def goal_scales(problem: Problem) -> tuple[float, ...]:
         {name: (bounds.low + bounds.high) / 2.0 for name, bounds in problem.bounds.items()}
     )
     limit = float(limit_of(problem.variant, specification, middle["baseline"], middle["principal_distance"]))
-    sizes = TypicalSizes(limit, specification.envelope_height, specification.envelope_diameter)
+    envelope = specification.asked.envelope
+    sizes = TypicalSizes(limit, envelope.height_mm, envelope.diameter_mm)
     return tuple(goal.typical_size(sizes) for goal in GOALS.values())
 
 
@@ -141,7 +142,7 @@ def recalled_second(task: Task, known: WarmStart) -> Candidate | None:
 
 def first_stage(requirement: Requirement, branch: Branch) -> None:
     """Find designs of least first objective, or the nearest miss: from the warm start if there is one, or afresh."""
-    target = Target(requirement.objective.minimise)
+    target = StageTarget(requirement.objective.minimise)
     neighbours = []
     if branch.known is not None:
         followed = _follow_first(branch, branch.known, target)
@@ -157,7 +158,7 @@ def first_stage(requirement: Requirement, branch: Branch) -> None:
     search_afresh(requirement, branch, target, neighbours)
 
 
-def _follow_first(branch: Branch, known: WarmStart, target: Target) -> list[Candidate] | None:
+def _follow_first(branch: Branch, known: WarmStart, target: StageTarget) -> list[Candidate] | None:
     """The design that follows the neighbour's; None if the neighbour had none or it leads nowhere."""
     if not known.is_feasible:
         return None
@@ -172,13 +173,15 @@ def _reached_from_neighbour(task: Task, known: WarmStart) -> list[Candidate]:
     return make_feasible(task, [first] if second is None else [first, second])
 
 
-def _improved(task: Task, reached: Sequence[Candidate], target: Target) -> list[Candidate]:
+def _improved(task: Task, reached: Sequence[Candidate], target: StageTarget) -> list[Candidate]:
     """The feasible ones of some designs, each taken to its minimum; none if none is feasible."""
     feasible = [candidate for candidate in reached if candidate.is_feasible]
     return improve(task, feasible, target) if feasible else []
 
 
-def search_afresh(requirement: Requirement, branch: Branch, target: Target, known: Sequence[Candidate] = ()) -> None:
+def search_afresh(
+    requirement: Requirement, branch: Branch, target: StageTarget, known: Sequence[Candidate] = ()
+) -> None:
     """Search from screened designs, with all that a neighbour's have led to so far."""
     random = random_of(requirement, branch.task.problem.variant)
     reached = [*known, *_reached_from_screened(branch.task, requirement.solve.starts, random, known)]
@@ -191,7 +194,9 @@ def search_afresh(requirement: Requirement, branch: Branch, target: Target, know
         branch.designs.append(restart_around(branch.task, best, target, random))
 
 
-def search_with_few_starts(requirement: Requirement, branch: Branch, target: Target, starts: int, seed: int) -> None:
+def search_with_few_starts(
+    requirement: Requirement, branch: Branch, target: StageTarget, starts: int, seed: int
+) -> None:
     """Search from a few screened designs, and no further: for many neighbours that tell each other what they find."""
     random = random_of(requirement, branch.task.problem.variant, seed)
     screened = screen(branch.task.problem, starts, random)
@@ -238,7 +243,7 @@ def _reached_from_screened(
     return [*reached, *make_feasible(task, held[:MOST_DESIGNS_BEYOND_RANGES])]
 
 
-def _is_proven_least(design: Candidate, target: Target) -> bool:
+def _is_proven_least(design: Candidate, target: StageTarget) -> bool:
     """Whether a design reaches the closed-form limit, and nothing that it depends on could be chosen otherwise."""
     problem = design.problem
     is_given = all(problem.bounds[name].is_fixed for name in ("baseline", "focal_length", "reciprocal_focus"))

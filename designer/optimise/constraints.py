@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
+from designer.design import VIEW_NAMES, ViewName
 from designer.optics.backend import Scalar, absolute, arctan, degrees, maximum, minimum, sqrt
 from designer.optics.image_law import pinhole_tangent
 from designer.optics.kinds import ELLIPSOID_GAINS
@@ -52,13 +53,13 @@ ConstraintBuilder = Callable[[System], Iterable[Constraint]]
 def image_constraints(system: System) -> Iterable[Constraint]:
     """Zones inside the image circle and apart, blur included; the cone of light passes the lens front."""
     variant, values, specification = system.variant, system.values, system.specification
-    outer, inner = ("upper", "lower") if variant.configuration.topology == "upper_outer" else ("lower", "upper")
-    tangents = {view: zone_tangents(variant, view, slopes) for view, slopes in system.slopes.items()}
+    outer, inner = variant.configuration.outer_view, variant.configuration.inner_view
+    tangents = {view: zone_tangents(variant, view, system.slopes[view]) for view in VIEW_NAMES}
 
-    def half_tangent(view: str, end: int) -> Scalar:
+    def half_tangent(view: ViewName, end: int) -> Scalar:
         return variant.gain_sign(view) * values[f"{view}_gain"] * tangents[view][end]
 
-    def image_ratio(view: str, end: int) -> Scalar:
+    def image_ratio(view: ViewName, end: int) -> Scalar:
         return specification.law.ratio(half_tangent(view, end))
 
     distance, pitch = values["principal_distance"], specification.pixel_pitch
@@ -80,16 +81,16 @@ def image_constraints(system: System) -> Iterable[Constraint]:
 
 def mirror_constraints(system: System) -> Iterable[Constraint]:
     """Each mirror can be made: neither too small nor too wide nor too steep, and it has a face."""
-    asked = system.specification
+    asked = system.specification.asked
     for mirror in system.layout.mirrors:
         name, radius, surface = mirror.name, mirror.outer_radius, mirror.surface
         discriminant = maximum(1.0 - surface.conic_term * radius * radius, 1e-4)
         slope = degrees(arctan(absolute(surface.curvature) * radius / sqrt(discriminant)))
         ring = mirror.used_radii[1] - mirror.used_radii[0]
-        least, most = asked.smallest_mirror_radius, asked.mirror_diameter
+        least, most = asked.manufacture.smallest_mirror_radius_mm, asked.envelope.mirror_diameter_mm
         yield Constraint("smallest_radius", f"smallest radius of the {name} mirror", "mm", 1.0, radius - least)
         yield Constraint("largest_diameter", f"largest diameter of the {name} mirror", "mm", 1.0, most - 2.0 * radius)
-        steepest = degrees(asked.largest_slope) - slope
+        steepest = asked.manufacture.largest_slope_deg - slope
         yield Constraint("steepest_slope", f"steepest slope of the {name} mirror", "deg", 1.0, steepest)
         yield Constraint("used_ring", f"width of the used annulus of the {name} mirror", "mm", 1.0, ring)
 
@@ -132,7 +133,7 @@ def first_mirror_constraints(system: System) -> Iterable[Constraint]:
     for path in system.paths:
         first = path.reflections[0]
         for tangent in first.half_tangents:
-            spare = first.conic.point(tangent)[1] - system.specification.nearest_mirror
+            spare = first.conic.point(tangent)[1] - system.specification.asked.camera.nearest_mirror_mm
             yield Constraint(
                 "nearest_mirror",
                 f"axial distance of the {first.mirror} mirror from the entrance pupil",
@@ -143,14 +144,16 @@ def first_mirror_constraints(system: System) -> Iterable[Constraint]:
 
 
 def envelope_constraints(system: System) -> Iterable[Constraint]:
-    """Top, bottom and radius enclose the mirrors and the lens front, and fit into the envelope."""
-    values, asked = system.values, system.specification
+    """Top, bottom and radius enclose the mirrors, the lens front and the housing, and fit into the envelope."""
+    values, specification = system.values, system.specification
+    envelope, lens_front = specification.asked.envelope, specification.lens_front
+    beyond = specification.housing_gap + specification.housing_thickness
     top, bottom, radius = values["top"], values["bottom"], values["radius"]
     name = "height of the mirror system"
-    yield Constraint("envelope_height", name, "mm", 1.0, asked.envelope_height - (top - bottom))
+    yield Constraint("envelope_height", name, "mm", 1.0, envelope.height_mm - (top - bottom))
     name = "diameter of the mirror system"
-    yield Constraint("envelope_diameter", name, "mm", 1.0, asked.envelope_diameter - 2.0 * radius)
-    yield Constraint("encloses", "bottom encloses the lens front", "mm", 1.0, asked.lens_front - bottom)
+    yield Constraint("envelope_diameter", name, "mm", 1.0, envelope.diameter_mm - 2.0 * radius)
+    yield Constraint("encloses", "bottom encloses the lens front", "mm", 1.0, lens_front - bottom)
     for mirror in system.layout.mirrors:
         # A back is never lower than a face that looks down, nor higher than one that looks up.
         shift = mirror.direction * mirror.thickness
@@ -160,19 +163,41 @@ def envelope_constraints(system: System) -> Iterable[Constraint]:
             yield Constraint("encloses", f"top encloses {where}", "mm", 1.0, top - (height + above))
             yield Constraint("encloses", f"bottom encloses {where}", "mm", 1.0, height + below - bottom)
         name = f"radius encloses the {mirror.name} mirror"
-        yield Constraint("encloses", name, "mm", 1.0, radius - mirror.outer_radius)
+        yield Constraint("encloses", name, "mm", 1.0, radius - mirror.outer_radius - beyond)
+
+
+def housing_constraints(system: System) -> Iterable[Constraint]:
+    """A housing goes about the lens and stays off the camera's body; a tube reaches past the light of both views."""
+    values, specification = system.values, system.specification
+    if specification.housing == "none":
+        return
+    top, bottom, radius = values["top"], values["bottom"], values["radius"]
+    gap, thickness = specification.housing_gap, specification.housing_thickness
+    spare = radius - specification.lens_radius - gap - thickness
+    yield Constraint("encloses", "radius encloses the lens in its housing", "mm", 1.0, spare)
+    over = bottom - (specification.lens_front - specification.lens_length)
+    around = radius - thickness - specification.asked.camera.body_radius_mm
+    name = f"{specification.housing} clear of the camera body"
+    yield Constraint("housing_body", name, "mm", 1.0, maximum(over, around) - gap)
+    if specification.housing != "tube":
+        return
+    for path, sight in zip(system.paths, system.sights, strict=True):
+        lowest, highest = sight.heights(radius)
+        where = f"the light of the {path.view} view at the tube"
+        yield Constraint("encloses", f"top encloses {where}", "mm", 1.0, top - highest - gap)
+        yield Constraint("encloses", f"bottom encloses {where}", "mm", 1.0, lowest - gap - bottom)
 
 
 def blur_constraints(system: System) -> Iterable[Constraint]:
     """No point of the working volume blurs more than asked, on the sensor and in the scene."""
-    asked = system.specification
+    specification = system.specification
     for blur in system.blurs:
-        in_scene = asked.largest_blur_angle * blur.image_scale
-        if asked.law.is_perspective:
-            spare = minimum(asked.largest_blur, in_scene) - blur.on_sensor
+        in_scene = specification.largest_blur_angle * blur.image_scale
+        if specification.law.is_perspective:
+            spare = minimum(specification.largest_blur, in_scene) - blur.on_sensor
         else:
-            spare = minimum(asked.largest_blur - blur.on_sensor, in_scene - absolute(blur.along))
-        yield Constraint("blur", f"blur of the {blur.view} view", "px", 2.0, spare / asked.pixel_pitch)
+            spare = minimum(specification.largest_blur - blur.on_sensor, in_scene - absolute(blur.along))
+        yield Constraint("blur", f"blur of the {blur.view} view", "px", 2.0, spare / specification.pixel_pitch)
 
 
 CONSTRAINTS: tuple[ConstraintBuilder, ...] = (
@@ -183,6 +208,7 @@ CONSTRAINTS: tuple[ConstraintBuilder, ...] = (
     first_mirror_constraints,
     envelope_constraints,
     blur_constraints,
+    housing_constraints,
 )
 """Every builder, in the order of the solver's rows."""
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 
 from designer.configurations import VIEW_OF_SINGLE_MIRROR, Configuration, MirrorKind, with_article
+from designer.design import VIEW_NAMES, ViewName
 from designer.optics.kinds import inverse_eccentricities, kind_of_conic, kind_of_single_mirror, radius_signs
 from designer.optimise.limit import limiting_gains
 from designer.optimise.reach import sampled, slopes_at
@@ -22,14 +23,14 @@ def why_impossible(variant: Variant, specification: Specification, free: FreeRan
     slope s that a mirror of radius R reflects lies at most abs(s) R above or below the viewpoint there, so the envelope
     limits the baseline.
     """
-    baseline = min(free.baseline)
+    baseline, envelope = min(free.baseline), specification.asked.envelope
     if baseline > (largest := _largest_baseline(specification, baseline)):
         return (
-            f"mirrors {specification.mirror_diameter:g} mm wide in an envelope {specification.envelope_height:g} mm "
-            f"high have viewpoints at most {largest:.4g} mm apart, but the baseline must be {baseline:g} mm"
+            f"mirrors {envelope.mirror_diameter_mm:g} mm wide in an envelope {envelope.height_mm:g} mm high "
+            f"have viewpoints at most {largest:.4g} mm apart, but the baseline must be {baseline:g} mm"
         )
     kinds = variant.configuration.mirror_kinds
-    for view in ("lower", "upper"):
+    for view in reversed(VIEW_NAMES):
         spans = [_span_deg(specification, baseline, view) for baseline in free.baseline]
         mirror = variant.last_mirror(view)
         shown = spans[0]
@@ -46,11 +47,11 @@ def why_impossible(variant: Variant, specification: Specification, free: FreeRan
                 f"{shown[0]:.1f} to {shown[1]:.1f} degrees"
             )
     gains = [
-        min(limiting_gains(variant, specification, baseline, distance).values())
+        limiting_gains(variant, specification, baseline, distance)
         for baseline in sampled(free.baseline)
         for distance in free.principal_distance
     ]
-    if max(gains) <= 0.0:
+    if max(min(each.lower, each.upper) for each in gains) <= 0.0:
         return "the outer zone and the gap leave no space for the inner zone"
     return None
 
@@ -79,8 +80,8 @@ def why_fixed_conflicts(configuration: Configuration, fixed: Mapping[str, float]
         reason = _why_kind_conflicts(configuration, name, given)
         if reason is not None:
             return reason
-    for view, given in views.items():
-        reason = _why_view_conflicts(configuration, view, given)
+    for view in VIEW_NAMES:
+        reason = _why_view_conflicts(configuration, view, views.get(view, {}))
         if reason is not None:
             return reason
     for name, kind in kinds.items():
@@ -120,7 +121,7 @@ def _why_kind_conflicts(configuration: Configuration, name: str, given: Mapping[
     )
 
 
-def _why_view_conflicts(configuration: Configuration, view: str, given: Mapping[str, float]) -> str | None:
+def _why_view_conflicts(configuration: Configuration, view: ViewName, given: Mapping[str, float]) -> str | None:
     """Why a view cannot be the configuration's: its image would lie on the other side, or its viewpoint below."""
     if "gain" in given:
         signs = {variant.gain_sign(view) for variant in enumerate_variants(configuration)}
@@ -137,12 +138,13 @@ def _why_view_conflicts(configuration: Configuration, view: str, given: Mapping[
 
 def _largest_baseline(specification: Specification, baseline: float) -> float:
     """The most that the viewpoints can be apart if the views cover what they must at a baseline, in mm."""
-    spans = (_span_deg(specification, baseline, view) for view in ("lower", "upper"))
+    envelope = specification.asked.envelope
+    spans = (_span_deg(specification, baseline, view) for view in reversed(VIEW_NAMES))
     least_slopes = (math.tan(math.radians(max(low, -high, 0.0))) for low, high in spans)
-    return float(specification.envelope_height + sum(least_slopes) * specification.mirror_diameter / 2.0)
+    return envelope.height_mm + sum(least_slopes) * envelope.mirror_diameter_mm / 2.0
 
 
-def _span_deg(specification: Specification, baseline: float, view: str) -> tuple[float, float]:
+def _span_deg(specification: Specification, baseline: float, view: ViewName) -> tuple[float, float]:
     low, high = slopes_at(specification, baseline)[view]
     return math.degrees(math.atan(low)), math.degrees(math.atan(high))
 

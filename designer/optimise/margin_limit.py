@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from designer.design import PerView
 from designer.evaluate.depth import Volume
 from designer.evaluate.limit import Arrangement, ImageBounds, arrangement_of
 from designer.evaluate.margin_limit import FirstMirrors, MirrorBounds, margin_gains, margin_limit
+from designer.optics.backend import radians
 from designer.optimise.limit import volume_of
 from designer.optimise.problem import Problem
 
@@ -22,8 +24,8 @@ class LensSetting:
     reciprocal_focus: float
 
 
-def margin_gains_of(problem: Problem, baseline: float, setting: LensSetting) -> tuple[float, float]:
-    """Bounds of |gain| of the lower and of the upper view with margins, at one baseline, mm; 0 where nothing fits."""
+def margin_gains_of(problem: Problem, baseline: float, setting: LensSetting) -> PerView[float]:
+    """Bound of |gain| of each view with margins, at one baseline, mm; 0 where nothing fits."""
     return margin_gains(*_with_margins(problem, baseline, setting))
 
 
@@ -40,6 +42,7 @@ def _with_margins(
     problem: Problem, baseline: float, setting: LensSetting
 ) -> tuple[Arrangement, FirstMirrors, Volume, float, float, ImageBounds, MirrorBounds]:
     variant, specification, fixed = problem.variant, problem.specification, dict(problem.fixed)
+    envelope, manufacture = specification.asked.envelope, specification.asked.manufacture
     configuration, fold = variant.configuration, variant.fold
     signs = dict(variant.direct_gain_signs)
     if fold is None:
@@ -48,22 +51,22 @@ def _with_margins(
         # Beside a plane primary the secondary has the gain of the pair, which is below 1.
         bends = (fold.gain_sign * np.inf,) if fold.primary_is_plane else fold.inverse_gains
         mirrors = FirstMirrors(signs["direct"], None, max(bends) > 1.0, min(bends) < 1.0)
-    front, thickness = float(specification.lens_front), float(specification.substrate_thickness)
+    front, thickness = float(specification.lens_front), float(manufacture.substrate_thickness_mm)
     beside_axis = float(specification.lens_radius) - setting.pupil_diameter / 2.0
     bounds = MirrorBounds(
-        edge_margin=float(specification.edge_margin),
-        clearance=float(specification.clearance),
+        edge_margin=float(manufacture.edge_margin_mm),
+        clearance=float(manufacture.clearance_mm),
         thickness=thickness,
-        highest=front + float(specification.envelope_height) - thickness,
-        widest=min(float(specification.mirror_diameter), float(specification.envelope_diameter)) / 2.0,
-        steepest=float(np.tan(specification.largest_slope)),
+        highest=front + float(envelope.height_mm) - thickness,
+        widest=min(float(envelope.mirror_diameter_mm), float(envelope.diameter_mm)) / 2.0,
+        steepest=float(np.tan(radians(manufacture.largest_slope_deg))),
         barrel=beside_axis / front if front > 0.0 else np.inf,
         pupil_radius=setting.pupil_diameter / 2.0,
         reciprocal_focus=setting.reciprocal_focus,
         upper_viewpoint=min(
             fixed.get("upper.viewpoint_mm", np.inf), fixed.get("lower.viewpoint_mm", np.inf) + baseline
         ),
-        gains=(abs(fixed.get("lower.gain", np.inf)), abs(fixed.get("upper.gain", np.inf))),
+        gains=PerView(lower=abs(fixed.get("lower.gain", np.inf)), upper=abs(fixed.get("upper.gain", np.inf))),
     )
     image = ImageBounds(specification.image_radius, specification.zone_gap, specification.law)
     arrangement = arrangement_of(configuration.family, configuration.topology)

@@ -17,8 +17,9 @@ from designer.files import InputError
 from designer.optimise.branch import problem_of
 from designer.optimise.multistart import Candidate
 from designer.optimise.program import problem_parameters
-from designer.optimise.solver import Run, Target, minimise_for_multipliers
+from designer.optimise.solver import Run, StageTarget, minimise_for_multipliers
 from designer.requirement import Requirement, set_key
+from designer.requirement.design_quantities import design_quantities, number_at
 
 # Share of a key's value by which it is moved to see which parameters follow it; they follow smoothly.
 KEY_STEP = 1e-6
@@ -31,26 +32,7 @@ F_NUMBER = "camera.lens.f_number"
 F_NUMBERS_PER_STOP = math.log(2.0) / 2.0
 """Change of an f-number with stops, as a share of itself: a stop halves the light, and f-numbers go with its root."""
 
-KEYS = (
-    "envelope.height_mm",
-    "envelope.diameter_mm",
-    "envelope.mirror_diameter_mm",
-    "camera.nearest_mirror_mm",
-    "camera.body_radius_mm",
-    "manufacture.substrate_thickness_mm",
-    "manufacture.edge_margin_mm",
-    "manufacture.clearance_mm",
-    "manufacture.zone_gap_px",
-    "manufacture.smallest_mirror_radius_mm",
-    "manufacture.largest_slope_deg",
-    "working_volume.elevation_deg.0",
-    "working_volume.elevation_deg.1",
-    "working_volume.distance_mm.0",
-    "working_volume.distance_mm.1",
-    "sharpness.max_blur_deg",
-    "sharpness.max_blur_px",
-    F_NUMBER,
-)
+KEYS = (*design_quantities(), F_NUMBER)
 """Keys that hold or shape a design in any requirement."""
 
 
@@ -75,7 +57,7 @@ def first_stage_multipliers(
     """
     goal = requirement.objective.minimise
     run = Run(first.problem, first.directions, first.scaled, first.scales)
-    result = minimise_for_multipliers(run, Target(goal))
+    result = minimise_for_multipliers(run, StageTarget(goal))
     scale = dict(zip(first.goals, first.scales, strict=True))[goal]
     reached, expected = result.objective * scale, first.goals[goal]
     if not result.converged or abs(reached - expected) > SAME_OPTIMUM * expected:
@@ -87,17 +69,6 @@ def first_stage_multipliers(
         if moves is not None:
             slopes[key] = scale * float(result.slopes[: len(moves)] @ moves)
     return slopes
-
-
-def number_at(requirement: Requirement, key: str) -> float | None:
-    """The number a key holds, defaults included; None if it holds none."""
-    value: object = requirement
-    for part in key.split("."):
-        if isinstance(value, list | tuple):
-            value = value[int(part)] if part.isdecimal() and int(part) < len(value) else None
-        else:
-            value = getattr(value, part, None)
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
 def _parameter_slopes(requirement: Requirement, first: Candidate, lens: int, key: str) -> NDArray[np.float64] | None:

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from designer.goals import GOALS
 from designer.optics.layout import Layout
-from designer.optimise.problem import Evaluation, Problem, evaluate
+from designer.optimise.problem import ConstraintEvaluation, Problem, evaluate
 from designer.optimise.separating_directions import (
     SeparatingDirections,
     choose_directions,
     rechoose_directions,
 )
-from designer.optimise.solver import Run, SolverResult, Target, minimise, reduce_violation
+from designer.optimise.solver import Run, SolverResult, StageTarget, minimise, reduce_violation
 from designer.optimise.system import put_together
 from designer.optimise.variables import VARIABLE_NAMES
 from designer.requirement import SAME_OBJECTIVE, Lens
@@ -60,7 +60,7 @@ class Candidate:
     goals: dict[str, float]
     directions: SeparatingDirections
     violation: float
-    evaluation: Evaluation
+    evaluation: ConstraintEvaluation
 
     @property
     def layout(self) -> Layout:
@@ -81,7 +81,7 @@ class Candidate:
         is_high = (self.scaled >= 1.0 - SAME_POINT) & (greatest > 1.0)
         return bool(np.any(is_low | is_high))
 
-    def keeps(self, target: Target) -> bool:
+    def keeps(self, target: StageTarget) -> bool:
         """Whether the bounds that a target sets for other goals are kept."""
         return all(self.goals[name] <= bound * (1.0 + LARGEST_VIOLATION) for name, bound in target.at_most)
 
@@ -181,7 +181,7 @@ def make_feasible(task: Task, starts: Sequence[Candidate]) -> list[Candidate]:
     return best
 
 
-def improve(task: Task, starts: Sequence[Candidate], target: Target) -> list[Candidate]:
+def improve(task: Task, starts: Sequence[Candidate], target: StageTarget) -> list[Candidate]:
     """Minimise a goal from every start, each feasible: never worse than it was."""
     best = list(starts)
     choices = [start.directions for start in starts]
@@ -214,7 +214,8 @@ def start_at(task: Task, scaled: Array) -> list[Candidate]:
     with np.errstate(all="ignore"):
         values, system = problem.enclosed(problem.physical(scaled))
         evaluation = evaluate(problem, system)
-    choices = choose_directions(evaluation, specification.clearance, specification.envelope_height)
+    asked = specification.asked
+    choices = choose_directions(evaluation, asked.manufacture.clearance_mm, asked.envelope.height_mm)
     return examine_all(task, problem.scaled(values), choices)
 
 
@@ -232,7 +233,7 @@ def start_around(task: Task, design: Candidate, random: np.random.Generator) -> 
     return start_at(task, np.clip(around, least[:, None], greatest[:, None]))
 
 
-def restart_around(task: Task, design: Candidate, target: Target, random: np.random.Generator) -> Candidate:
+def restart_around(task: Task, design: Candidate, target: StageTarget, random: np.random.Generator) -> Candidate:
     """Minimise a goal from around its minimum, again and again until nothing better comes of it."""
     while True:
         starts = start_around(task, design, random)
@@ -244,7 +245,7 @@ def restart_around(task: Task, design: Candidate, target: Target, random: np.ran
         design = best
 
 
-def follow(task: Task, start: Array, directions: SeparatingDirections, target: Target) -> Candidate | None:
+def follow(task: Task, start: Array, directions: SeparatingDirections, target: StageTarget) -> Candidate | None:
     """Minimise a goal from near its minimum, feasible or not; None if nothing feasible comes of it."""
     best: Candidate | None = None
     for _ in range(ROUNDS):
@@ -284,5 +285,5 @@ def _examine_results(
 
 
 def _rechosen(task: Task, directions: SeparatingDirections, candidate: Candidate) -> SeparatingDirections:
-    clearance = task.problem.specification.clearance
+    clearance = task.problem.specification.asked.manufacture.clearance_mm
     return rechoose_directions(directions, candidate.evaluation, clearance, candidate.violation)

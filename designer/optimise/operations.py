@@ -22,7 +22,7 @@ from designer.optics.clearance import pair_up
 from designer.optics.layout import Leg, Solid
 from designer.optimise.limit import conditions_of
 from designer.optimise.problem import Problem
-from designer.optimise.system import System, enclosure, put_together
+from designer.optimise.system import System, put_together
 from designer.optimise.variables import VARIABLES, with_principal_distance
 
 Array = NDArray[np.float64]
@@ -110,7 +110,9 @@ def state(problem: Problem, dropped: Collection[str] = (), *, is_conflict: bool 
         }
     )
     loose = put_together(problem.variant, values, problem.specification)
-    system = replace(loose, values=values | enclosure(loose.layout, problem.specification))
+    # A housing may be wider than it must be, so that of its room nothing is known.
+    size = loose.layout.size(problem.specification.lens_front)
+    system = replace(loose, values={**values, "top": size.top, "bottom": size.bottom, "radius": size.radius})
     rules = [rule for rule in _rules(problem, system, is_conflict) if rule[0] not in dropped]
     ends = [_range(problem, name) for name in free]
     rows, weights = ([casadi.SX(0.0)], np.ones(1)) if is_conflict else _score(system)
@@ -153,14 +155,17 @@ def _rules(problem: Problem, system: System, is_conflict: bool) -> list[tuple[st
         (each.kind, each.name, each.value / each.scale, each.equality)
         for each in problem.constraints(system)
         # What encloses the mirrors is put where they end.
-        if each.kind != "encloses"
+        if each.kind not in {"encloses", "housing_body"}
     ]
     f_number = problem.bounds["f_number"].high if is_conflict else system.values["f_number"]
     rules += [("blur", name, value, False) for name, value in _blurs_in_pairs(system, f_number)]
     pairs = pair_up(system.layout)
     for name, (leg, solid) in zip(pairs.names, pairs.leg_solid, strict=False):
         if _is_beside(pairs.legs[leg], pairs.solids[solid]):
-            spare = _most_separation(pairs.legs[leg], pairs.solids[solid]) - problem.specification.clearance
+            spare = (
+                _most_separation(pairs.legs[leg], pairs.solids[solid])
+                - problem.specification.asked.manufacture.clearance_mm
+            )
             rules.append(("clearance", name, spare, False))
     return [rule for rule in rules if not isinstance(rule[2], float)]
 
@@ -244,14 +249,14 @@ def _node_rows(system: System, slope: float, distance: float) -> list[Any]:
     to it, is left out.
     """
     asked, pair = system.specification, system.pair
-    lower, upper = slopes_of_point(slope, distance, pair.baseline)
-    constant = depth_error_of_slopes(pair, lower, upper, asked.noise)
+    slopes = slopes_of_point(slope, distance, pair.baseline)
+    constant = depth_error_of_slopes(pair, slopes, asked.noise)
     shift = asked.scale_uncertainty * depth_shift_per_scale(pair, slope, distance)
     fixed = constant * constant + shift * shift
     if not asked.predicted_share:
         return [*[0.0] * (len(NODE_ROWS) - 1), fixed]
-    seen = seen_through(conditions_of(asked), pair, system.lens, system.light)(lower, upper, distance)
-    of_upper, of_lower = seen.views
+    seen = seen_through(conditions_of(asked), pair, system.lens, system.light)(slopes, distance)
+    of_upper, of_lower = seen.views.upper, seen.views.lower
     per_baseline = 1.0 / (pair.baseline * pair.baseline)
     return [
         seen.mean_along,

@@ -14,7 +14,7 @@ import numpy as np
 from designer.optimise.again import Fresh, least_again
 from designer.optimise.branch import WarmStart, limit_at
 from designer.optimise.multistart import LARGEST_VIOLATION, Candidate, improve, task_of
-from designer.optimise.solver import Target
+from designer.optimise.solver import StageTarget
 from designer.optimise.variants import enumerate_variants
 from designer.requirement import Requirement, set_key
 
@@ -53,10 +53,10 @@ def trace_pareto_front(
     unbounded
         Where the search for the least depth error without any bound ended in each lens and variant, if known.
     """
-    loosest = improve(task_of(first), [first], Target("depth_error"))[0]
+    loosest = improve(task_of(first), [first], StageTarget("depth_error"))[0]
     front = []
     for size in sizes:
-        ends = improve(task_of(first), [loosest, first], Target(size))
+        ends = improve(task_of(first), [loosest, first], StageTarget(size))
         smallest = min(ends, key=lambda design: design.goals[size])
         least = smallest.goals[size]
         limits = [float(limit) for limit in np.linspace(loosest.goals[size], least, points)]
@@ -73,7 +73,7 @@ def _tightened(design: Candidate, size: str, bounds: Sequence[float]) -> list[Ca
     for bound in bounds:
         start = design
         if start.goals[size] > bound:
-            start = improve(task_of(design), [design], Target(size))[0]
+            start = improve(task_of(design), [design], StageTarget(size))[0]
         if start.goals[size] > bound * (1.0 + LARGEST_VIOLATION):
             found.append(None)
             continue
@@ -96,7 +96,7 @@ def _loosened(
 
 
 def _least_depth_error(start: Candidate, size: str, bound: float) -> Candidate:
-    return improve(task_of(start), [start], Target("depth_error", ((size, bound),)))[0]
+    return improve(task_of(start), [start], StageTarget("depth_error", ((size, bound),)))[0]
 
 
 def _shared(

@@ -57,13 +57,13 @@ class Problem:
     def enclosed(self, values: dict[str, Array]) -> tuple[dict[str, Array], System]:
         """The designs put together, with top, bottom and radius set to what their mirrors need."""
         loose = put_together(self.variant, values, self.specification)
-        tight = values | enclosure(loose.layout, self.specification)
+        tight = values | enclosure(loose)
         # What encloses the mirrors moves none of them.
         return tight, replace(loose, values=tight)
 
 
 @dataclass(frozen=True, slots=True)
-class Evaluation:
+class ConstraintEvaluation:
     """What designs keep and fail, by NumPy alone; arrays of shape (..., n) for n designs.
 
     ``amounts`` are what constraints have to spare in their own ``units``, negative where they fail; ``violations`` are
@@ -84,7 +84,7 @@ class Evaluation:
         """Largest scaled violation of each design."""
         return np.asarray(self.violations.max(axis=0))
 
-    def of_design(self, index: int) -> Evaluation:
+    def of_design(self, index: int) -> ConstraintEvaluation:
         """The evaluation of one design: arrays of shape (..., 1)."""
         one = slice(index, index + 1)
         return replace(
@@ -101,7 +101,7 @@ class Evaluation:
         return np.concatenate([self.light.max(axis=0), self.bodies.max(axis=0)])
 
 
-def evaluate(problem: Problem, system: System, solid_directions: int = len(SOLID_DIRECTIONS)) -> Evaluation:
+def evaluate(problem: Problem, system: System, solid_directions: int = len(SOLID_DIRECTIONS)) -> ConstraintEvaluation:
     """Evaluate every constraint and every clearance of designs, none left to the solver's word.
 
     Solids are looked at along the first ``solid_directions``: all of them where the result is a judgement.
@@ -110,13 +110,14 @@ def evaluate(problem: Problem, system: System, solid_directions: int = len(SOLID
     light, bodies = separations(system.layout, pairs, solid_directions)
     constraints = problem.constraints(system)
     scalar = violations_of(constraints)
-    spare = np.concatenate([light.max(axis=0), bodies.max(axis=0)]) - problem.specification.clearance
+    clearance = problem.specification.asked.manufacture.clearance_mm
+    spare = np.concatenate([light.max(axis=0), bodies.max(axis=0)]) - clearance
     shape = np.broadcast_shapes(scalar.shape[1:], spare.shape[1:])
     violations = np.concatenate(
         [np.broadcast_to(scalar, (len(scalar), *shape)), np.broadcast_to(np.maximum(-spare, 0.0), (len(spare), *shape))]
     )
     amounts = [np.broadcast_to(np.asarray(item.value, dtype=float), shape) for item in constraints]
-    return Evaluation(
+    return ConstraintEvaluation(
         tuple(item.name for item in constraints) + pairs.names,
         tuple(item.unit for item in constraints) + ("mm",) * len(pairs.names),
         np.concatenate([np.stack(amounts), np.broadcast_to(spare, (len(spare), *shape))]),

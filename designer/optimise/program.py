@@ -33,7 +33,12 @@ from designer.optics.clearance import (
 from designer.optics.image_law import ImageLaw
 from designer.optimise.constraints import constraints_of
 from designer.optimise.problem import Problem
-from designer.optimise.required_numbers import SPECIFICATION_NAMES, Specification, specification_values
+from designer.optimise.required_numbers import (
+    SPECIFICATION_NAMES,
+    HousingKind,
+    specification_from,
+    specification_values,
+)
 from designer.optimise.symbols import symbolic_numbers, with_numbers
 from designer.optimise.system import System, put_together
 from designer.optimise.variables import VARIABLE_NAMES, VARIABLES, unscaled, with_principal_distance
@@ -131,14 +136,14 @@ class _Geometry:
 
 @lru_cache(maxsize=128)
 def _build_geometry(
-    variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], law: ImageLaw
+    variant: Variant, fixed: tuple[tuple[str, float], ...], free: tuple[str, ...], law: ImageLaw, housing: HousingKind
 ) -> _Geometry:
     scaled = casadi.SX.sym("scaled", len(free))
     # A variable without a choice is its lower end, a parameter: no derivatives by it are ever needed.
     position = {name: scaled[i] for i, name in enumerate(free)}
     numbers = casadi.SX.sym("specification", len(SPECIFICATION_NAMES))
     low, high = casadi.SX.sym("low", len(VARIABLES)), casadi.SX.sym("high", len(VARIABLES))
-    specification = Specification(**{name: numbers[i] for i, name in enumerate(SPECIFICATION_NAMES)}, law=law)
+    specification = specification_from((numbers[i] for i in range(len(SPECIFICATION_NAMES))), law, housing)
     values = with_principal_distance(
         {
             variable.name: unscaled(variable, variant, position.get(variable.name, 0.0), low[i], high[i])
@@ -180,14 +185,15 @@ def build_program(
     free: tuple[str, ...],
     law: ImageLaw,
     noise: Noise | None,
+    housing: HousingKind = "none",
 ) -> Program:
     """Build the program of a variant, with the given variables free, that keeps solids and light apart.
 
     Its parameters are the requirement's numbers, the ends of the bounds, what is minimised, the goals' typical sizes,
-    and the chosen directions. ``law`` is the lens's. ``noise`` is what goals need to know; None for a program without
-    goals.
+    and the chosen directions. ``law`` is the lens's, ``housing`` the kind. ``noise`` is what goals need to know; None
+    for a program without goals.
     """
-    geometry = _build_geometry(variant, fixed, free, law)
+    geometry = _build_geometry(variant, fixed, free, law, housing)
     given = [geometry.function.size1_in(i) for i in range(1, 5)]
     sizes = [*given[:3], len(GOALS) + 1, len(GOALS), given[3]]
     variables, parameters = casadi.MX.sym("variables", len(free) + 1), casadi.MX.sym("parameters", sum(sizes))
@@ -229,11 +235,12 @@ def _clearance_rows(system: System) -> tuple[Any, Any]:
     # Row by row, as normals_of() has them.
     of_legs = casadi.SX.sym("leg_normals", len(LEG_NORMALS) + 2, len(pairs.leg_solid)).T
     of_solids = casadi.SX.sym("solid_normals", len(SOLID_NORMALS) + 2, len(pairs.solid_solid)).T
+    clearance = system.specification.asked.manufacture.clearance_mm
     rows = []
     for weights, separations in (
         (of_legs, leg_separations(legs, solids, pairs.leg_solid, of_legs)),
         (of_solids, solid_separations(solids, pairs.solid_solid, of_solids)),
     ):
         is_chosen = casadi.sum2(weights * weights)
-        rows.append(casadi.if_else(is_chosen, separations - system.specification.clearance, 1.0))
+        rows.append(casadi.if_else(is_chosen, separations - clearance, 1.0))
     return casadi.vertcat(*rows), casadi.vertcat(casadi.vec(of_legs.T), casadi.vec(of_solids.T))

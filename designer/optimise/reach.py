@@ -13,6 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from designer.configurations import MirrorKind
+from designer.design import PerView, ViewName
 from designer.optics.backend import tan
 from designer.optics.view import elevation_tangents_of_views
 from designer.optimise.required_numbers import Specification
@@ -32,14 +33,10 @@ def sampled(baselines: Interval) -> list[float]:
     return [float(baseline) for baseline in np.unique(np.linspace(*baselines, SAMPLED_BASELINES))]
 
 
-def slopes_at(specification: Specification, baseline: float) -> dict[str, Interval]:
-    """Lowest and highest tan(phi) that each view must cover at a baseline, by the view's name."""
-    upper, lower = elevation_tangents_of_views(
-        (tan(specification.elevation_low), tan(specification.elevation_high)),
-        (specification.distance_near, specification.distance_far),
-        baseline,
-    )
-    return {"lower": lower, "upper": upper}
+def slopes_at(specification: Specification, baseline: float) -> PerView[Interval]:
+    """Lowest and highest tan(phi) that each view must cover at a baseline."""
+    low, high = specification.elevations
+    return elevation_tangents_of_views((tan(low), tan(high)), specification.distances, baseline)
 
 
 def lower_viewpoints(
@@ -61,11 +58,11 @@ def lower_viewpoints(
     return low, high
 
 
-def _viewpoints(variant: Variant, specification: Specification, baselines: Interval, view: str) -> Interval:
+def _viewpoints(variant: Variant, specification: Specification, baselines: Interval, view: ViewName) -> Interval:
     """Heights from which the rays at both ends of a view's range can leave a face in the envelope."""
-    front, height = specification.lens_front, specification.envelope_height
-    faces = (front - height, front + height)
-    widest = min(specification.mirror_diameter, specification.envelope_diameter) / 2.0
+    front, envelope = specification.lens_front, specification.asked.envelope
+    faces = (front - envelope.height_mm, front + envelope.height_mm)
+    widest = min(envelope.mirror_diameter_mm, envelope.diameter_mm) / 2.0
     # Light that crosses the axis at the viewpoint leaves the mirror on the far side.
     side = -1.0 if variant.crosses_at_viewpoint(view) else 1.0
     low, high = -float("inf"), float("inf")
@@ -90,8 +87,8 @@ def secondary_vertices(
             zone_tangents(variant, "lower", slopes_at(specification, baseline)["lower"]) for baseline in baselines
         )
     )
-    least = specification.nearest_mirror * (1.0 - narrowest)
-    most = specification.lens_front + specification.envelope_height
+    least = specification.asked.camera.nearest_mirror_mm * (1.0 - narrowest)
+    most = specification.lens_front + specification.asked.envelope.height_mm
     if variant.configuration.mirror_kinds.get("secondary") is MirrorKind.ELLIPSOID:
         most *= 1.0 + narrowest
     if variant.fold is not None and min(variant.fold.inverse_gains) < 1.0:

@@ -2,35 +2,38 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
+from typing import Any, cast
 
-from designer.optics.backend import Scalar
+from designer.optics.backend import Scalar, radians
 from designer.optics.image_law import PERSPECTIVE, ImageLaw
 from designer.requirement import PREDICTED, Lens, Requirement
+from designer.requirement.design_quantities import design_quantities, number_at
 
-# Blurs that bound nothing.
-MOST_BLUR_PX, MOST_BLUR_DEG = 1e6, 90.0
+HousingKind = str
+"""none, tube or struts, as the requirement has it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Specification:
-    """Every number of a requirement that geometry depends on, for one of its lenses; mm and radians.
+    """Every number of a requirement that geometry depends on, for one of its lenses.
 
-    The ranges of baseline, focal length, focus and f-number are not here: they bound variables. Blurs are diameters,
-    on the sensor and as an angle in the scene. The law of the lens is no number: a program is built for one.
+    The ranges of baseline, focal length, focus and f-number are not here: they bound variables. The law of the lens and
+    the kind of housing are no numbers: a program is built for one of each. Lengths are in mm, angles in radians, blurs
+    are diameters; ``asked`` alone keeps the units of its keys.
+
+    Parameters
+    ----------
+    asked
+        The keys that shape designs (:class:`~designer.requirement.quantity.DesignQuantity`), by their names in the
+        requirement: ``asked.envelope.height_mm``. It has no other keys, its numbers may be symbols, and where the
+        requirement sets no limit it has the largest that may be typed, since the solver computes with it.
     """
 
-    elevation_low: Scalar
-    elevation_high: Scalar
-    distance_near: Scalar
-    distance_far: Scalar
-    envelope_height: Scalar
-    envelope_diameter: Scalar
-    mirror_diameter: Scalar
+    asked: Requirement
     image_radius: Scalar
     pixel_pitch: Scalar
-    zone_gap: Scalar
     noise: Scalar
     predicted_share: Scalar
     scale_uncertainty: Scalar
@@ -41,46 +44,91 @@ class Specification:
     mirror_reflectivity: Scalar
     texture_contrast: Scalar
     fastest: Scalar
-    largest_blur: Scalar
-    largest_blur_angle: Scalar
-    nearest_mirror: Scalar
-    body_radius: Scalar
     lens_radius: Scalar
     lens_front: Scalar
     lens_length: Scalar
-    substrate_thickness: Scalar
-    edge_margin: Scalar
-    clearance: Scalar
-    smallest_mirror_radius: Scalar
-    largest_slope: Scalar
+    housing: HousingKind = "none"
     law: ImageLaw = PERSPECTIVE
 
     @property
+    def elevations(self) -> tuple[Scalar, Scalar]:
+        """Lowest and highest elevation, radians."""
+        low, high = self.asked.working_volume.elevation_deg
+        return radians(low), radians(high)
+
+    @property
+    def distances(self) -> tuple[Scalar, Scalar]:
+        """Nearest and farthest distance from the axis, mm."""
+        near, far = self.asked.working_volume.distance_mm
+        return near, far
+
+    @property
+    def zone_gap(self) -> Scalar:
+        """Gap between the image zones, mm on the sensor."""
+        return self.asked.manufacture.zone_gap_px * self.pixel_pitch
+
+    @property
+    def largest_blur(self) -> Scalar:
+        """Largest blur allowed, mm on the sensor."""
+        return self.asked.sharpness.max_blur_px * self.pixel_pitch
+
+    @property
+    def largest_blur_angle(self) -> Scalar:
+        """Largest blur allowed in the scene, radians."""
+        return radians(self.asked.sharpness.max_blur_deg)
+
+    @property
+    def housing_gap(self) -> Scalar:
+        """Between mirrors and housing, mm; 0 for none."""
+        return 0.0 if self.housing == "none" else self.asked.housing.clearance_mm
+
+    @property
+    def housing_thickness(self) -> Scalar:
+        """How far the tube's wall, or a strut, reaches along the radius, mm; 0 for none."""
+        asked = self.asked.housing
+        return {"none": 0.0, "tube": asked.wall_mm, "struts": asked.width_mm}[self.housing]
+
+    @property
     def reach_radius(self) -> Scalar:
-        """Outside this radius there is nothing that light could hit."""
-        return self.envelope_diameter + self.body_radius + self.lens_radius
+        """Outside this radius there is nothing that light could hit, mm."""
+        return self.asked.envelope.diameter_mm + self.asked.camera.body_radius_mm + self.lens_radius
 
 
-SPECIFICATION_NAMES = tuple(field.name for field in fields(Specification) if field.name != "law")
+_NO_NUMBERS = {"asked", "law", "housing"}
+_DERIVED = tuple(field.name for field in fields(Specification) if field.name not in _NO_NUMBERS)
+SPECIFICATION_NAMES = (*design_quantities(), *_DERIVED)
+"""The numbers of a specification, in the order of the program's parameters: keys that shape designs, then others."""
+
+
+@dataclass(frozen=True, slots=True)
+class _NamedNumbers:
+    """Numbers by their names in the requirement, read as attributes, and tables of them."""
+
+    entries: Mapping[str, Any]
+
+    def __getattr__(self, name: str) -> Any:
+        if name == "entries":  # while it is unpickled
+            raise AttributeError(name)
+        try:
+            return self.entries[name]
+        except KeyError:
+            raise AttributeError(
+                f"{name} is no DesignQuantity of the requirement, so the optimiser does not know it"
+            ) from None
 
 
 def specification_of(requirement: Requirement, lens: Lens) -> Specification:
     """The numbers of a requirement with one of its lenses."""
-    low, high = requirement.working_volume.elevation_deg
-    near, far = requirement.working_volume.distance_mm
-    predicts = requirement.noise_px == PREDICTED
-    camera, manufacture, envelope = requirement.camera, requirement.manufacture, requirement.envelope
+    camera, predicts = requirement.camera, requirement.noise_px == PREDICTED
+    numbers = {
+        key: min(number, quantity.high)
+        for key, quantity in design_quantities().items()
+        if (number := number_at(requirement, key)) is not None
+    }
     return Specification(
-        elevation_low=math.radians(low),
-        elevation_high=math.radians(high),
-        distance_near=near,
-        distance_far=far,
-        envelope_height=envelope.height_mm,
-        envelope_diameter=envelope.diameter_mm,
-        mirror_diameter=envelope.mirror_diameter_mm,
+        asked=_asked(numbers),
         image_radius=camera.image_radius_mm,
         pixel_pitch=camera.pixel_pitch_mm,
-        zone_gap=manufacture.zone_gap_px * camera.pixel_pitch_mm,
         noise=0.0 if predicts else float(requirement.noise_px) * camera.pixel_pitch_mm,
         predicted_share=1.0 if predicts else 0.0,
         scale_uncertainty=requirement.scale_uncertainty_percent / 100.0,
@@ -91,23 +139,41 @@ def specification_of(requirement: Requirement, lens: Lens) -> Specification:
         mirror_reflectivity=requirement.light.mirror_reflectivity,
         texture_contrast=requirement.matching.texture_contrast,
         fastest=lens.f_numbers[0],
-        # Finite, since the solver computes with them.
-        largest_blur=min(requirement.sharpness.max_blur_px, MOST_BLUR_PX) * camera.pixel_pitch_mm,
-        largest_blur_angle=math.radians(min(requirement.sharpness.max_blur_deg, MOST_BLUR_DEG)),
-        nearest_mirror=camera.nearest_mirror_mm,
-        body_radius=camera.body_radius_mm,
         lens_radius=lens.radius_mm,
         lens_front=lens.front_mm,
         lens_length=lens.length_mm,
-        substrate_thickness=manufacture.substrate_thickness_mm,
-        edge_margin=manufacture.edge_margin_mm,
-        clearance=manufacture.clearance_mm,
-        smallest_mirror_radius=manufacture.smallest_mirror_radius_mm,
-        largest_slope=math.radians(manufacture.largest_slope_deg),
+        housing=requirement.housing.kind,
         law=lens.image_law,
     )
 
 
+def specification_from(numbers: Iterable[Scalar], law: ImageLaw, housing: HousingKind = "none") -> Specification:
+    """A specification of floats or symbols in the order of ``SPECIFICATION_NAMES``."""
+    named = dict(zip(SPECIFICATION_NAMES, numbers, strict=True))
+    asked = _asked({key: named[key] for key in design_quantities()})
+    return Specification(asked=asked, law=law, housing=housing, **{name: named[name] for name in _DERIVED})
+
+
 def specification_values(specification: Specification) -> list[float]:
     """The numbers in the order of ``SPECIFICATION_NAMES``."""
-    return [float(getattr(specification, name)) for name in SPECIFICATION_NAMES]
+    asked = (number_at(specification.asked, key) for key in design_quantities())
+    return [float(value) for value in (*asked, *(getattr(specification, name) for name in _DERIVED))]
+
+
+def _asked(numbers: Mapping[str, Scalar]) -> Requirement:
+    """Numbers by dotted keys as nested tables that read like the requirement itself, for type checkers too."""
+    tables: dict[str, Any] = {}
+    for key, number in numbers.items():
+        *parents, last = key.split(".")
+        place = tables
+        for parent in parents:
+            place = place.setdefault(parent, {})
+        place[last] = number
+    return cast(Requirement, _nested(tables))
+
+
+def _nested(entry: Any) -> Any:
+    if not isinstance(entry, dict):
+        return entry
+    parts = {name: _nested(part) for name, part in entry.items()}
+    return (parts["0"], parts["1"]) if parts.keys() == {"0", "1"} else _NamedNumbers(parts)

@@ -33,11 +33,10 @@ def draw(
     """
     values = _placed_as_fixed(problem, problem.physical(random.random((len(VARIABLES), count))))
     limits = limiting_gains(problem.variant, problem.specification, values["baseline"], values["principal_distance"])
-    outer = "upper" if problem.variant.configuration.topology == "upper_outer" else "lower"
-    inner = "lower" if outer == "upper" else "upper"
+    configuration = problem.variant.configuration
     outer_share = least_gain_share ** (random.random(count) ** 2)
     inner_share = outer_share * least_gain_share ** (random.random(count) ** 2)
-    for view, share in ((outer, outer_share), (inner, inner_share)):
+    for view, share in ((configuration.outer_view, outer_share), (configuration.inner_view, inner_share)):
         values[f"{view}_gain"] = problem.variant.gain_sign(view) * share * limits[view]
     for name, given in problem.fixed:
         if name in {"lower.gain", "upper.gain"}:

@@ -26,7 +26,7 @@ from designer.optimise.impossibility import why_fixed_conflicts, why_impossible
 from designer.optimise.multistart import Candidate, distinct_designs, examine, follow, improve
 from designer.optimise.required_numbers import specification_of
 from designer.optimise.shortfall import Shortfall, shortfalls_of
-from designer.optimise.solver import SOLVED, STALLED, Target
+from designer.optimise.solver import SOLVED, STALLED, StageTarget
 from designer.optimise.variables import fixed_parameters, free_ranges
 from designer.optimise.variants import enumerate_variants
 from designer.requirement import Requirement
@@ -141,7 +141,7 @@ def _second_stage(requirement: Requirement, configuration: Configuration, branch
     every = [design for branch in branches for design in branch.designs]
     first = min(every, key=lambda design: design.goals[first_goal])
     bound = first.goals[first_goal] * (1.0 + requirement.objective.tolerance)
-    target = Target(second_goal, ((first_goal, bound),))
+    target = StageTarget(second_goal, ((first_goal, bound),))
     improved: list[Candidate] = []
     for branch in branches:
         branch.smallest = _follow_second(branch, target) or _improve_second(branch, target)
@@ -159,7 +159,7 @@ def _second_stage(requirement: Requirement, configuration: Configuration, branch
     )
 
 
-def _follow_second(branch: Branch, target: Target) -> Candidate | None:
+def _follow_second(branch: Branch, target: StageTarget) -> Candidate | None:
     """The second-stage design from that of the neighbour; None if there was none or it leads nowhere."""
     known = branch.known
     if known is None or known.second is None or known.second_directions is None:
@@ -167,7 +167,7 @@ def _follow_second(branch: Branch, target: Target) -> Candidate | None:
     return follow(branch.task, moved(branch.task, known.second), known.second_directions, target)
 
 
-def _improve_second(branch: Branch, target: Target) -> Candidate | None:
+def _improve_second(branch: Branch, target: StageTarget) -> Candidate | None:
     """The second-stage design from those of the first that keep the target's bounds; None if none does."""
     near = [design for design in branch.designs if design.keeps(target)]
     if not near:

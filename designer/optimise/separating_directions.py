@@ -19,7 +19,7 @@ from designer.optics.clearance import (
     STARTING_SOLID_DIRECTIONS,
     normal_weights,
 )
-from designer.optimise.problem import Array, Evaluation
+from designer.optimise.problem import Array, ConstraintEvaluation
 
 FAR = -1
 
@@ -55,7 +55,9 @@ def normals_of(choice: SeparatingDirections) -> Array:
     return np.concatenate([np.ravel(legs), np.ravel(solids)])
 
 
-def choose_directions(evaluation: Evaluation, clearance: float, envelope: float) -> list[SeparatingDirections]:
+def choose_directions(
+    evaluation: ConstraintEvaluation, clearance: float, envelope: float
+) -> list[SeparatingDirections]:
     """Directions for every design of an evaluation: one that serves most designs is taken wherever it serves."""
     legs = _choose(evaluation.light - clearance, FAR_SHARE_OF_ENVELOPE * envelope)
     solids = _choose(evaluation.bodies[:STARTING_SOLID_DIRECTIONS] - clearance, FAR_SHARE_OF_ENVELOPE * envelope)
@@ -66,7 +68,7 @@ def choose_directions(evaluation: Evaluation, clearance: float, envelope: float)
 
 
 def rechoose_directions(
-    directions: SeparatingDirections, evaluation: Evaluation, clearance: float, violation: float
+    directions: SeparatingDirections, evaluation: ConstraintEvaluation, clearance: float, violation: float
 ) -> SeparatingDirections:
     """Directions for one evaluated design: those it was solved with, but for pairs that hold it and need not.
 

@@ -23,7 +23,7 @@ LARGEST_SLACK = 1e4
 
 
 @dataclass(frozen=True, slots=True)
-class Target:
+class StageTarget:
     """What to minimise, by the name of a goal, and how large other goals may become, in the optimiser's units."""
 
     minimise: str
@@ -52,7 +52,7 @@ class Run:
         names = tuple(name for name, is_free in zip(VARIABLE_NAMES, self.free, strict=True) if is_free)
         variant, asked, fixed = self.problem.variant, self.problem.specification, self.problem.fixed
         noise: Noise = "predicted" if asked.predicted_share else "constant"
-        return build_program(variant, fixed, names, asked.law, noise if with_goals else None)
+        return build_program(variant, fixed, names, asked.law, noise if with_goals else None, asked.housing)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,19 +74,19 @@ Solver = Callable[[Program, dict[str, Array]], tuple[Any, dict[str, Any]]]
 """Takes a program and the solver's arguments; returns its result and its statistics."""
 
 
-def minimise(run: Run, target: Target) -> SolverResult:
+def minimise(run: Run, target: StageTarget) -> SolverResult:
     """Minimise a goal from a start in the unit box, with every constraint kept."""
     return _solve(run, target, None, call_solver)
 
 
-def minimise_for_multipliers(run: Run, target: Target) -> SolverResult:
+def minimise_for_multipliers(run: Run, target: StageTarget) -> SolverResult:
     """Minimise a goal from its minimum, where the usual solver may stall, by one whose multipliers converge too."""
     return _solve(run, target, None, _call_interior_point)
 
 
 def reduce_violation(run: Run, violation: float) -> SolverResult:
     """Find the point of least largest scaled violation near a start that violates by ``violation``."""
-    return _solve(run, Target("violation"), violation, call_solver)
+    return _solve(run, StageTarget("violation"), violation, call_solver)
 
 
 def call_solver(program: Program, arguments: dict[str, Array]) -> tuple[Any, dict[str, Any]]:
@@ -98,14 +98,14 @@ def _call_interior_point(program: Program, arguments: dict[str, Array]) -> tuple
     return program.interior_point_solver(**arguments), program.interior_point_solver.stats()
 
 
-def _solve(run: Run, target: Target, violation: float | None, solver: Solver) -> SolverResult:
+def _solve(run: Run, target: StageTarget, violation: float | None, solver: Solver) -> SolverResult:
     """One run; with a ``violation`` to start from the slack is free and minimised."""
     program = run.program(with_goals=violation is None)
     result, statistics = solver(program, arguments_of(run, program, target, violation))
     return _read(run, result, statistics)
 
 
-def arguments_of(run: Run, program: Program, target: Target, violation: float | None) -> dict[str, Array]:
+def arguments_of(run: Run, program: Program, target: StageTarget, violation: float | None) -> dict[str, Array]:
     """Start, parameters and bounds of a run as the solver takes them."""
     is_elastic = violation is not None
     least, greatest = (ends[run.free] for ends in run.problem.reach)
@@ -121,13 +121,13 @@ def arguments_of(run: Run, program: Program, target: Target, violation: float | 
     }
 
 
-def _parameters(run: Run, target: Target, is_elastic: bool) -> Array:
+def _parameters(run: Run, target: StageTarget, is_elastic: bool) -> Array:
     """The requirement's numbers, what is minimised, the goals' typical sizes, and the chosen directions."""
     weights = [float(name == target.minimise) for name in GOALS] + [float(is_elastic)]
     return np.concatenate([problem_parameters(run.problem), weights, run.scales, normals_of(run.directions)])
 
 
-def _row_bounds(run: Run, program: Program, target: Target, is_elastic: bool) -> tuple[Array, Array]:
+def _row_bounds(run: Run, program: Program, target: StageTarget, is_elastic: bool) -> tuple[Array, Array]:
     """Least and greatest value of each row: constraints and clearances, twins of equalities, goals."""
     lower, upper = np.zeros(program.rows), np.full(program.rows, np.inf)
     constraints, goals = len(program.equalities), program.rows - program.goals

@@ -8,13 +8,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from designer.design import PerView, ViewName
 from designer.evaluate.depth import NoiseModel, StereoPair, Volume
 from designer.evaluate.predicted_noise import noise_model
 from designer.optics.backend import Scalar, absolute, maximum, tan
 from designer.optics.conic import FocalConic
 from designer.optics.focus import (
     ChiefRay,
-    Lens,
+    FocusedLens,
     LightPath,
     chief_ray,
     light_path_of_layout,
@@ -22,6 +23,7 @@ from designer.optics.focus import (
     reciprocal_image_depth,
 )
 from designer.optics.layout import Layout, OpticalPath, Reflection, Surroundings, lay_out
+from designer.optics.overall_size import Sight, housing_about
 from designer.optics.view import elevation_tangents_of_views, half_angle_tangent, image_radius_slope
 from designer.optics.width import widened
 from designer.optimise.limit import conditions_of, volume_of
@@ -44,7 +46,7 @@ class Blur:
     ``image_scale`` is what a radian of elevation measures there on the sensor, mm.
     """
 
-    view: str
+    view: ViewName
     place: int
     reciprocal_depth: Scalar
     along: Scalar
@@ -89,14 +91,14 @@ class System:
     variant: Variant
     values: Values
     specification: Specification
-    slopes: Mapping[str, Slopes]
-    lens: Lens
-    light: Mapping[str, LightPath]
+    slopes: PerView[Slopes]
+    lens: FocusedLens
+    light: Mapping[ViewName, LightPath]
     blurs: tuple[Blur, ...]
     paths: tuple[OpticalPath, OpticalPath]
     layout: Layout
 
-    def largest_blur_at_end(self, view: str, end: int) -> Scalar:
+    def largest_blur_at_end(self, view: ViewName, end: int) -> Scalar:
         """Extent along the radius of the larger blur, near or far, at a zone's inner (0) or outer (1) end, mm."""
         # A folded view has its highest elevation inside.
         place = 2 if (end == 1) == (self.variant.sense(view) == "direct") else 0
@@ -115,6 +117,11 @@ class System:
             self.values["principal_distance"],
             self.specification.law,
         )
+
+    @property
+    def sights(self) -> tuple[Sight, ...]:
+        """What each view looks through a tube at."""
+        return tuple(Sight(path.viewpoint, self.slopes[path.view]) for path in self.paths)
 
     @property
     def volume(self) -> Volume:
@@ -145,24 +152,25 @@ class System:
 def put_together(variant: Variant, values: Values, specification: Specification) -> System:
     """Put a system together; the secondary's variables are ignored for direct configurations."""
     slopes = _needed_slopes(values, specification)
-    lens = Lens(values["principal_distance"], values["f_number"], values["reciprocal_focus"], specification.law)
-    distances = (specification.distance_near, specification.distance_far)
+    lens = FocusedLens(values["principal_distance"], values["f_number"], values["reciprocal_focus"], specification.law)
     paths, blurs, light_paths = [], [], {}
     for chief in _paths(variant, values, slopes):
         light = light_path_of_layout(chief, values[f"{chief.view}_gain"], variant.sense(chief.view))
         light_paths[chief.view] = light
         rays = [chief_ray(light, slope) for slope in _sampled(slopes[chief.view])]
         ends = (rays[0], rays[2]) if light.sense == "direct" else (rays[2], rays[0])
-        paths.append(widened(chief, ends, lens.pupil_diameter / 2.0, distances))
+        paths.append(widened(chief, ends, lens.pupil_diameter / 2.0, specification.distances))
         blurs += [
-            blur for place, ray in enumerate(rays) for blur in _blurs(chief.view, place, light, ray, lens, distances)
+            blur
+            for place, ray in enumerate(rays)
+            for blur in _blurs(chief.view, place, light, ray, lens, specification.distances)
         ]
     layout = lay_out(tuple(paths), _sides(variant), _surroundings(specification))
     return System(variant, values, specification, slopes, lens, light_paths, tuple(blurs), (paths[0], paths[1]), layout)
 
 
 def _blurs(
-    view: str, place: int, light: LightPath, ray: ChiefRay, lens: Lens, distances: tuple[Scalar, Scalar]
+    view: ViewName, place: int, light: LightPath, ray: ChiefRay, lens: FocusedLens, distances: tuple[Scalar, Scalar]
 ) -> list[Blur]:
     """The blur along one chief ray, near and far."""
     scale = absolute(image_radius_slope(ray.slope, light.gain, lens.principal_distance, light.sense, lens.law))
@@ -176,13 +184,18 @@ def _blurs(
     ]
 
 
-def enclosure(layout: Layout, specification: Specification) -> dict[str, Scalar]:
-    """Top, bottom and radius of a mirror system as they are (docs/theory.md, section 7), for floats and arrays."""
-    size = layout.size(specification.lens_front)
-    return {"top": size.top, "bottom": size.bottom, "radius": size.radius}
+def enclosure(system: System) -> dict[str, Scalar]:
+    """Top, bottom and radius of a head as they are (docs/theory.md, section 7), for floats and arrays."""
+    asked = system.specification
+    size = system.layout.size(asked.lens_front)
+    if asked.housing == "none":
+        return {"top": size.top, "bottom": size.bottom, "radius": size.radius}
+    sights = system.sights if asked.housing == "tube" else ()
+    ring = housing_about(size, asked.lens_radius, asked.housing_gap, asked.housing_thickness, sights)
+    return {"top": ring.high, "bottom": ring.low, "radius": ring.outer_radius}
 
 
-def zone_tangents(variant: Variant, view: str, slopes: Slopes) -> tuple[Scalar, Scalar]:
+def zone_tangents(variant: Variant, view: ViewName, slopes: Slopes) -> tuple[Scalar, Scalar]:
     """Half-angle tangents of the zone's inner and outer end: a folded view has its highest elevation inside."""
     sense = variant.sense(view)
     inner, outer = slopes if sense == "direct" else (slopes[1], slopes[0])
@@ -194,23 +207,19 @@ def _sampled(slopes: Slopes) -> tuple[Scalar, Scalar, Scalar]:
     return slopes[0], (slopes[0] + slopes[1]) / 2.0, slopes[1]
 
 
-def _needed_slopes(values: Values, specification: Specification) -> dict[str, Slopes]:
-    upper, lower = elevation_tangents_of_views(
-        (tan(specification.elevation_low), tan(specification.elevation_high)),
-        (specification.distance_near, specification.distance_far),
-        values["baseline"],
-    )
-    return {"upper": upper, "lower": lower}
+def _needed_slopes(values: Values, specification: Specification) -> PerView[Slopes]:
+    low, high = specification.elevations
+    return elevation_tangents_of_views((tan(low), tan(high)), specification.distances, values["baseline"])
 
 
-def _paths(variant: Variant, values: Values, slopes: Mapping[str, Slopes]) -> tuple[OpticalPath, OpticalPath]:
+def _paths(variant: Variant, values: Values, slopes: PerView[Slopes]) -> tuple[OpticalPath, OpticalPath]:
     upper = _direct_path(variant, "upper", values, slopes["upper"])
     if variant.fold is None:
         return _direct_path(variant, "lower", values, slopes["lower"]), upper
     return _folded_path(variant, values, slopes["lower"]), upper
 
 
-def _direct_path(variant: Variant, view: str, values: Values, slopes: Slopes) -> OpticalPath:
+def _direct_path(variant: Variant, view: ViewName, values: Values, slopes: Slopes) -> OpticalPath:
     gain = values[f"{view}_gain"]
     viewpoint = values["lower_viewpoint"] + (values["baseline"] if view == "upper" else 0.0)
     tangents = zone_tangents(variant, view, slopes)
@@ -260,11 +269,11 @@ def _sides(variant: Variant) -> dict[str, int]:
 
 def _surroundings(specification: Specification) -> Surroundings:
     return Surroundings(
-        specification.substrate_thickness,
-        specification.edge_margin,
+        specification.asked.manufacture.substrate_thickness_mm,
+        specification.asked.manufacture.edge_margin_mm,
         specification.lens_radius,
         specification.lens_front,
         specification.lens_length,
-        specification.body_radius,
+        specification.asked.camera.body_radius_mm,
         specification.reach_radius,
     )

@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from designer.design import ViewName
 from designer.optics.backend import Scalar, exp
 from designer.optimise.limit import limiting_gains
 from designer.optimise.reach import lower_viewpoints, sampled, secondary_vertices
@@ -159,7 +160,7 @@ class Variable:
     reach: Callable[[Variant, Specification, FreeRanges], tuple[float, float]] | None = None
 
 
-def _gain_range(view: str) -> Callable[[Variant, Specification, FreeRanges], tuple[float, float]]:
+def _gain_range(view: ViewName) -> Callable[[Variant, Specification, FreeRanges], tuple[float, float]]:
     def range_of(variant: Variant, specification: Specification, free: FreeRanges) -> tuple[float, float]:
         """From a tenth of the least limiting gain over the allowed baselines and principal distances to the largest."""
         limits = [
@@ -174,7 +175,7 @@ def _gain_range(view: str) -> Callable[[Variant, Specification, FreeRanges], tup
     return range_of
 
 
-def _gain_reach(view: str) -> Callable[[Variant, Specification, FreeRanges], tuple[float, float]]:
+def _gain_reach(view: ViewName) -> Callable[[Variant, Specification, FreeRanges], tuple[float, float]]:
     range_of = _gain_range(view)
 
     def reach_of(variant: Variant, specification: Specification, free: FreeRanges) -> tuple[float, float]:
@@ -188,19 +189,20 @@ def _gain_reach(view: str) -> Callable[[Variant, Specification, FreeRanges], tup
     return reach_of
 
 
-def _gain_sign(view: str) -> Callable[[Variant], float]:
+def _gain_sign(view: ViewName) -> Callable[[Variant], float]:
     return lambda variant: float(variant.gain_sign(view))
 
 
-def _lower_viewpoint_range(variant: Variant, asked: Specification, free: FreeRanges) -> tuple[float, float]:
+def _lower_viewpoint_range(variant: Variant, specification: Specification, free: FreeRanges) -> tuple[float, float]:
     """Everywhere in and around the envelope, and as far beyond as steep views and long baselines need."""
-    low, high = lower_viewpoints(variant, asked, free.baseline, free.fixed)
-    around = (asked.lens_front - 2.0 * asked.envelope_height, asked.lens_front + 2.5 * asked.envelope_height)
+    low, high = lower_viewpoints(variant, specification, free.baseline, free.fixed)
+    front, height = specification.lens_front, specification.asked.envelope.height_mm
+    around = (front - 2.0 * height, front + 2.5 * height)
     return min(around[0], low, high), max(around[1], low, high)
 
 
-def _secondary_height_reach(variant: Variant, asked: Specification, free: FreeRanges) -> tuple[float, float]:
-    low, high = secondary_vertices(variant, asked, free.baseline, free.principal_distance[0])
+def _secondary_height_reach(variant: Variant, specification: Specification, free: FreeRanges) -> tuple[float, float]:
+    low, high = secondary_vertices(variant, specification, free.baseline, free.principal_distance[0])
     given = free.fixed.get("secondary.vertex_mm", high)
     return max(min(low, given), LOWEST_VERTEX_MM), max(high, given)
 
@@ -218,10 +220,10 @@ def _secondary_sign(variant: Variant) -> float:
 
 
 VARIABLES: tuple[Variable, ...] = (
-    Variable("baseline", "mm", lambda variant, asked, free: free.baseline),
-    Variable("focal_length", "mm", lambda variant, asked, free: free.focal_length),
-    Variable("reciprocal_focus", "1/mm", lambda variant, asked, free: free.reciprocal_focus),
-    Variable("f_number", "", lambda variant, asked, free: free.f_number, _logarithmic),
+    Variable("baseline", "mm", lambda variant, specification, free: free.baseline),
+    Variable("focal_length", "mm", lambda variant, specification, free: free.focal_length),
+    Variable("reciprocal_focus", "1/mm", lambda variant, specification, free: free.reciprocal_focus),
+    Variable("f_number", "", lambda variant, specification, free: free.f_number, _logarithmic),
     Variable("lower_viewpoint", "mm", _lower_viewpoint_range),
     Variable("lower_gain", "", _gain_range("lower"), _logarithmic, _gain_sign("lower"), reach=_gain_reach("lower")),
     Variable("upper_gain", "", _gain_range("upper"), _logarithmic, _gain_sign("upper"), reach=_gain_reach("upper")),
@@ -230,9 +232,9 @@ VARIABLES: tuple[Variable, ...] = (
     Variable(
         "secondary_height",
         "mm",
-        lambda variant, asked, free: (
-            max(0.5 * asked.nearest_mirror, 1.0),
-            asked.lens_front + 1.2 * asked.envelope_height,
+        lambda variant, specification, free: (
+            max(0.5 * specification.asked.camera.nearest_mirror_mm, 1.0),
+            specification.lens_front + 1.2 * specification.asked.envelope.height_mm,
         ),
         reach=_secondary_height_reach,
     ),
@@ -240,16 +242,27 @@ VARIABLES: tuple[Variable, ...] = (
     Variable(
         "top",
         "mm",
-        lambda variant, asked, free: (asked.lens_front, asked.lens_front + 3.0 * asked.envelope_height),
+        lambda variant, specification, free: (
+            specification.lens_front,
+            specification.lens_front + 3.0 * specification.asked.envelope.height_mm,
+        ),
         role="enclosure",
     ),
     Variable(
         "bottom",
         "mm",
-        lambda variant, asked, free: (asked.lens_front - 3.0 * asked.envelope_height, asked.lens_front),
+        lambda variant, specification, free: (
+            specification.lens_front - 3.0 * specification.asked.envelope.height_mm,
+            specification.lens_front,
+        ),
         role="enclosure",
     ),
-    Variable("radius", "mm", lambda variant, asked, free: (0.0, 2.0 * asked.envelope_diameter), role="enclosure"),
+    Variable(
+        "radius",
+        "mm",
+        lambda variant, specification, free: (0.0, 2.0 * specification.asked.envelope.diameter_mm),
+        role="enclosure",
+    ),
 )
 """Every variable, in the order of the solver's vector."""
 

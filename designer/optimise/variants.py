@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from designer.configurations import Configuration, MirrorKind
-from designer.design import Sense
+from designer.design import Sense, ViewName
 from designer.optics.kinds import CONVEX_HYPERBOLOID_GAINS, ELLIPSOID_GAINS
 
 
@@ -67,23 +67,23 @@ class Variant:
         """Whether no more than the first starts are worth their time where they end far from feasible."""
         return self.fold is not None and self.fold.is_seldom_feasible
 
-    def sense(self, view: str) -> Sense:
+    def sense(self, view: ViewName) -> Sense:
         """The sense of a view: only the lower view of a folded configuration is folded."""
         return "folded" if self.fold and view == "lower" else "direct"
 
-    def gain_sign(self, view: str) -> int:
+    def gain_sign(self, view: ViewName) -> int:
         """Sign of the view's gain."""
         if self.fold and view == "lower":
             return self.fold.gain_sign
         return dict(self.direct_gain_signs)[self.last_mirror(view)]
 
-    def last_mirror(self, view: str) -> str:
+    def last_mirror(self, view: ViewName) -> str:
         """The mirror that sends the view's light out into the world."""
         if self.fold is None:
             return view
         return "primary" if view == "lower" else "direct"
 
-    def crosses_at_viewpoint(self, view: str) -> bool:
+    def crosses_at_viewpoint(self, view: ViewName) -> bool:
         """Whether the light crosses the axis at the viewpoint, so that the mirror's own wall hides the horizon."""
         if self.fold and view == "lower":
             return self.fold.primary_side < 0

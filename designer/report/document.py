@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from designer.report.content.legible import legible_source
-from designer.report.figures.registry import Drawing, drawings_of
+from designer.report.figures.registry import DrawnFigure, drawings_of
 from designer.report.figures.style import report_style
 from designer.report.typst.pdf import typeset
 from designer.study.folder import read_study, write_report
@@ -32,14 +32,14 @@ def write_pdf(study: Study, folder: Path, tell: Callable[[str], None] | None = N
     return write_report(folder, pdf, figures)
 
 
-def draw_figures(study: Study) -> dict[str, Drawing]:
+def draw_figures(study: Study) -> dict[str, DrawnFigure]:
     """Every figure of the report by the name of its file."""
     with report_style():
         drawn = {name: draw() for name, draw in drawings_of(study)}
     return {name: drawing for name, drawing in drawn.items() if drawing is not None}
 
 
-def _draw_in_processes(study: Study, folder: Path, jobs: int) -> dict[str, Drawing]:
+def _draw_in_processes(study: Study, folder: Path, jobs: int) -> dict[str, DrawnFigure]:
     names = [name for name, _ in drawings_of(study)]
     with local_processes(jobs, "designer.report.document") as processes:
         tasks = [(folder, number) for number in range(len(names))]
@@ -47,13 +47,13 @@ def _draw_in_processes(study: Study, folder: Path, jobs: int) -> dict[str, Drawi
     return {name: drawn[number] for number, name in enumerate(names) if drawn[number] is not None}
 
 
-def _draw(folder: Path, number: int) -> Drawing | None:
+def _draw(folder: Path, number: int) -> DrawnFigure | None:
     _, draw = _read_drawings(folder)[number]
     with report_style():
         return draw()
 
 
 @lru_cache(maxsize=1)
-def _read_drawings(folder: Path) -> list[tuple[str, Callable[[], Drawing | None]]]:
+def _read_drawings(folder: Path) -> list[tuple[str, Callable[[], DrawnFigure | None]]]:
     """The drawings of the study in a folder; read once by each process that draws, which lives no longer than that."""
     return drawings_of(read_study(folder))

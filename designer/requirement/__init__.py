@@ -2,6 +2,7 @@
 
 from designer.requirement.camera import Camera, Lens
 from designer.requirement.fixed import Fixed, FixedMirror, FixedView
+from designer.requirement.housing import Housing
 from designer.requirement.manufacture import Manufacture
 from designer.requirement.model import PREDICTED, SAME_OBJECTIVE, Objective, Requirement, Solve
 from designer.requirement.reading import (
@@ -25,6 +26,7 @@ __all__ = [
     "Fixed",
     "FixedMirror",
     "FixedView",
+    "Housing",
     "Lens",
     "Manufacture",
     "Objective",

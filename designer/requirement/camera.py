@@ -11,7 +11,7 @@ from designer.design import MOST_COEFFICIENTS, Projection
 from designer.optics.image_law import WIDEST_ANGLE, ImageLaw, widest_half_tangent
 from designer.optics.thin_lens import principal_distance, pupil_radius
 from designer.requirement.part import METRES, NumberOrRange, Part, ends
-from designer.requirement.quantity import Choice, Coefficients, Quantity, refuse
+from designer.requirement.quantity import Choice, Coefficients, DesignQuantity, Quantity, refuse
 
 CLOSEST_FOCUS = 1.001
 """Focus distance in focal lengths that no lens goes below: there its image plane would lie a thousand of them away."""
@@ -40,7 +40,7 @@ class Lens(Part):
             title="nearest focus",
             default_factory=lambda data: NEAREST_FOCUS * ends(data.get("focal_length_mm", math.nan))[1],
             description="Nearest distance from the entrance pupil at which the lens can be focused. Default: eight "
-            "times the longest focal length, where the thread of a small lens ends.",
+            "times the longest focal length, the limit of a small lens's focusing thread.",
         ),
     ]
     focus_distance_mm: Annotated[
@@ -74,7 +74,7 @@ class Lens(Part):
         Field(
             title="front above entrance pupil",
             description="Height of the barrel's front rim above the entrance pupil: the depth of the pupil inside the "
-            "lens, typically some millimetres.",
+            "lens, typically a few millimetres.",
         ),
     ]
     length_mm: Annotated[
@@ -89,7 +89,7 @@ class Lens(Part):
             default="perspective",
             description="How the lens images the angle psi from the optical axis, f being its focal length at the "
             "image's centre (as focused): perspective r = f tan(psi), equidistant r = f psi, equisolid "
-            "r = 2 f sin(psi/2), stereographic r = 2 f tan(psi/2). Default: perspective; lenses that image more than "
+            "r = 2 f sin(psi/2), stereographic r = 2 f tan(psi/2). Default: perspective; lenses that cover more than "
             "45 degrees from the axis are mostly equidistant or equisolid.",
         ),
     ]
@@ -98,8 +98,8 @@ class Lens(Part):
         Coefficients(max(MOST_COEFFICIENTS.values()), 1000.0),
         Field(
             default=(),
-            description="Radial distortion [k1, k2, ...] as OpenCV calibrates it. Of a perspective lens up to three, "
-            "r = f x (1 + k1 x^2 + k2 x^4 + k3 x^6) with x = tan(psi); of an equidistant one up to four (OpenCV's "
+            description="Radial distortion [k1, k2, ...] as OpenCV calibrates it. For a perspective lens up to three, "
+            "r = f x (1 + k1 x^2 + k2 x^4 + k3 x^6) with x = tan(psi); for an equidistant one up to four (OpenCV's "
             "fisheye model), r = f psi (1 + k1 psi^2 + k2 psi^4 + k3 psi^6 + k4 psi^8). The other projections take "
             "none. The image radius must rise with psi as far as the image circle. Default: none.",
         ),
@@ -201,7 +201,7 @@ class Camera(Part):
     ]
     body_radius_mm: Annotated[
         float,
-        Quantity(0.5, 1e4, "mm", if_smaller=METRES),
+        DesignQuantity(0.5, 1e4, "mm", if_smaller=METRES),
         Field(
             title="camera body's radius",
             description="Radius of the cylinder about the optical axis that encloses the camera body below the lens.",
@@ -209,7 +209,7 @@ class Camera(Part):
     ]
     nearest_mirror_mm: Annotated[
         float,
-        Quantity(0, 1e4, "mm"),
+        DesignQuantity(0, 1e4, "mm"),
         Field(
             title="nearest mirror point, at least",
             default=25.0,

@@ -11,17 +11,17 @@ from designer.requirement.quantity import Quantity
 
 
 class Light(Part):
-    """What a pixel collects: exposure time and illumination, behind one number of electrons."""
+    """The light that a pixel collects: exposure time and illumination, combined in one number of electrons."""
 
     white_electrons: Annotated[
         float,
         Quantity(10, 1e7, "electrons"),
         Field(
-            title="white gives",
+            title="electrons from white",
             default=10_000.0,
-            description="Electrons that a white surface gives a pixel at at_f_number, for the exposure time and the "
-            "illumination at hand. Other f-numbers collect as 1 / N^2. "
-            "Default: 10000, a small sensor well exposed.",
+            description="Electrons per pixel from a white surface at at_f_number, for the exposure time and the "
+            "illumination in use. The number varies with the f-number N as 1 / N^2. "
+            "Default: 10000, a well-exposed small sensor.",
         ),
     ]
     at_f_number: Annotated[
@@ -30,7 +30,7 @@ class Light(Part):
         Field(
             title="at f-number",
             default=5.6,
-            description="F-number to which white_electrons belongs. Default: 5.6.",
+            description="F-number at which white_electrons is given. Default: 5.6.",
         ),
     ]
     read_noise_electrons: Annotated[
@@ -55,7 +55,7 @@ class Light(Part):
         float,
         Quantity(0.01, 1),
         Field(
-            title="mirrors reflect",
+            title="mirror reflectivity",
             default=0.88,
             description="Share of the light that a mirror reflects. Default: 0.88, bare aluminium in the visible.",
         ),
@@ -63,7 +63,7 @@ class Light(Part):
 
 
 class Matching(Part):
-    """What is matched, by block matching: with the lens and the light it predicts the noise of an image point."""
+    """The texture for block matching: with the lens and the light it determines the predicted noise."""
 
     texture_contrast: Annotated[
         float,
@@ -72,6 +72,6 @@ class Matching(Part):
             title="contrast of each octave",
             default=0.106,
             description="Root-mean-square contrast of each octave of the surfaces' texture, relative to their tone. "
-            "Default: 0.106, well textured surfaces; printed posters have 0.2, painted walls 0.005.",
+            "Default: 0.106, well-textured surfaces; printed posters have 0.2, painted walls 0.005.",
         ),
     ]

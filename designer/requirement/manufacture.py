@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from designer.requirement.part import RADIANS, Part
-from designer.requirement.quantity import Quantity
+from designer.requirement.quantity import DesignQuantity
 
 
 class Manufacture(Part):
@@ -15,7 +15,7 @@ class Manufacture(Part):
 
     substrate_thickness_mm: Annotated[
         float,
-        Quantity(0, 1000, "mm"),
+        DesignQuantity(0, 1000, "mm"),
         Field(
             title="substrate thickness",
             default=2.0,
@@ -24,7 +24,7 @@ class Manufacture(Part):
     ]
     edge_margin_mm: Annotated[
         float,
-        Quantity(0, 1000, "mm"),
+        DesignQuantity(0, 1000, "mm"),
         Field(
             title="edge margin",
             default=0.5,
@@ -35,7 +35,7 @@ class Manufacture(Part):
     ]
     clearance_mm: Annotated[
         float,
-        Quantity(0.001, 1000, "mm"),
+        DesignQuantity(0.001, 1000, "mm"),
         Field(
             title="clearance",
             default=0.5,
@@ -46,7 +46,7 @@ class Manufacture(Part):
     ]
     zone_gap_px: Annotated[
         float,
-        Quantity(0, 10_000, "pixels"),
+        DesignQuantity(0, 10_000, "pixels"),
         Field(
             title="gap between the zones",
             default=4.0,
@@ -56,7 +56,7 @@ class Manufacture(Part):
     ]
     smallest_mirror_radius_mm: Annotated[
         float,
-        Quantity(0, 1e4, "mm"),
+        DesignQuantity(0, 1e4, "mm"),
         Field(
             title="mirror radius, at least",
             default=4.0,
@@ -66,7 +66,7 @@ class Manufacture(Part):
     ]
     largest_slope_deg: Annotated[
         float,
-        Quantity(5, 89, "degrees", if_smaller=RADIANS),
+        DesignQuantity(5, 89, "degrees", if_smaller=RADIANS),
         Field(
             title="surface slope, at most",
             default=70.0,

@@ -16,6 +16,7 @@ from designer.configurations import FLATTEST, MOST_PARABOLIC, Configuration
 from designer.goals import GOALS
 from designer.requirement.camera import Camera
 from designer.requirement.fixed import Fixed
+from designer.requirement.housing import Housing
 from designer.requirement.light import Light, Matching
 from designer.requirement.manufacture import Manufacture
 from designer.requirement.names import select_configurations
@@ -35,7 +36,7 @@ PREDICTED = "predicted"
 
 
 class Objective(Part):
-    """What to minimise first, and what then."""
+    """What to minimise first, and what second."""
 
     minimise: Annotated[
         str,
@@ -63,7 +64,7 @@ class Objective(Part):
         Field(
             default=1.0,
             description="How much the first objective may increase in favour of the second. Default: 1 percent, "
-            "which is negligible in use. At least 0.1, or 0 for none.",
+            "which is negligible in practice. At least 0.1, or 0 for none.",
         ),
     ]
 
@@ -129,7 +130,7 @@ class Solve(Part):
 
 
 class Requirement(Part):
-    """Everything asked of a study."""
+    """The complete requirement of a study."""
 
     name: Annotated[
         StrictStr,
@@ -184,6 +185,7 @@ class Requirement(Part):
     light: Annotated[Light, Field(default=Light.model_validate({}))]
     matching: Annotated[Matching, Field(default=Matching.model_validate({}))]
     manufacture: Annotated[Manufacture, Field(default=Manufacture())]
+    housing: Annotated[Housing, Field(default=Housing.model_validate({}))]
     objective: Annotated[Objective, Field(default=Objective())]
     fixed: Annotated[Fixed, Field(default=Fixed())]
     solve: Annotated[Solve, Field(default=Solve())]
@@ -210,6 +212,7 @@ class Requirement(Part):
         _check_distances(self)
         _check_lens_fits(self)
         _check_manufacture(self)
+        _check_housing(self)
         _check_fixed(self)
         return self
 
@@ -260,6 +263,28 @@ def _check_manufacture(asked: Requirement) -> None:
             f"must be smaller than camera.image_circle_radius_px ({image_circle:g})",
             "manufacture.zone_gap_px",
             asked.manufacture.zone_gap_px,
+        )
+
+
+def _check_housing(asked: Requirement) -> None:
+    housing, envelope = asked.housing, asked.envelope
+    if housing.kind == "none":
+        return
+    beyond = housing.gap_mm + housing.thickness_mm
+    widest = max(asked.manufacture.smallest_mirror_radius_mm, *(lens.radius_mm for lens in asked.camera.lenses))
+    if envelope.diameter_mm < 2 * (widest + beyond):
+        refuse(
+            f"must be at least {2 * (widest + beyond):g}: the lens, or the smallest mirror allowed, in its housing",
+            "envelope.diameter_mm",
+            envelope.diameter_mm,
+        )
+    narrowest = min(lens.radius_mm for lens in asked.camera.lenses) + housing.gap_mm + housing.width_mm / 2
+    if housing.kind == "struts" and housing.width_mm >= housing.least_spacing_mm(narrowest):
+        refuse(
+            f"must be less than {housing.least_spacing_mm(narrowest):.4g}, the distance between {housing.number} "
+            "struts close about the lens",
+            "housing.width_mm",
+            housing.width_mm,
         )
 
 

@@ -28,8 +28,22 @@ def refuse(allowed: str, key: str = "", value: object = _NO_VALUE) -> NoReturn:
     raise PydanticCustomError("refused", "{allowed}", context)
 
 
+class CheckedAnnotation:
+    """Base of pydantic type annotations that validate with their own :meth:`check` alone, whatever the type."""
+
+    __slots__ = ()
+
+    def check(self, value: object) -> object:
+        """Return the value to keep, or refuse it."""
+        raise NotImplementedError
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Validate with :meth:`check`."""
+        return core_schema.no_info_plain_validator_function(self.check)
+
+
 @dataclass(frozen=True, slots=True)
-class Quantity:
+class Quantity(CheckedAnnotation):
     """A pydantic type annotation: a number within limits, a range [low, high] of two, or either.
 
     Finite numbers only, unless ``may_be_infinite``; no strings and no booleans. The hints name the likely mistake
@@ -44,10 +58,6 @@ class Quantity:
     shape: Literal["number", "range", "number or range"] = "number"
     whole: bool = False
     may_be_infinite: bool = False
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Validate with :meth:`check` alone, whatever the annotated type."""
-        return core_schema.no_info_plain_validator_function(self.check)
 
     @property
     def allowed(self) -> str:
@@ -93,15 +103,22 @@ class Quantity:
 
 
 @dataclass(frozen=True, slots=True)
-class Coefficients:
+class DesignQuantity(Quantity):
+    """A number, or a range of two, that shapes designs: geometry reads it, and a design can be held by it.
+
+    Constraints read it from :attr:`designer.optimise.required_numbers.Specification.asked`, and reports say what one
+    unit more of it is worth; ``shown_step`` is the step to say it for, where one unit would be a large one.
+    """
+
+    shown_step: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Coefficients(CheckedAnnotation):
     """A pydantic type annotation: an array of numbers without a unit, at most so many, each at most so large."""
 
     most: int
     largest: float
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Validate with :meth:`check` alone, whatever the annotated type."""
-        return core_schema.no_info_plain_validator_function(self.check)
 
     @property
     def allowed(self) -> str:
@@ -122,14 +139,10 @@ class Coefficients:
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class Choice(CheckedAnnotation):
     """A pydantic type annotation: one of some words."""
 
     words: tuple[str, ...]
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Validate with :meth:`check` alone, whatever the annotated type."""
-        return core_schema.no_info_plain_validator_function(self.check)
 
     @property
     def allowed(self) -> str:
@@ -146,15 +159,11 @@ class Choice:
 
 
 @dataclass(frozen=True, slots=True)
-class NumberOrWord:
+class NumberOrWord(CheckedAnnotation):
     """A pydantic type annotation: a quantity, or one word instead."""
 
     quantity: Quantity
     word: str
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Validate with :meth:`check` alone, whatever the annotated type."""
-        return core_schema.no_info_plain_validator_function(self.check)
 
     @property
     def unit(self) -> str:

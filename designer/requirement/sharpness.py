@@ -9,15 +9,15 @@ from pydantic import Field
 
 from designer.evaluate.focus import SHARP_BLUR_DEG
 from designer.requirement.part import Part
-from designer.requirement.quantity import Quantity
+from designer.requirement.quantity import DesignQuantity, Quantity
 
 
 class Sharpness(Part):
-    """How much the lens may blur: diameters of the blur of a point, at every elevation and distance of the volume."""
+    """How much blur is allowed: diameters of the blur of a point, at every elevation and distance of the volume."""
 
     max_blur_deg: Annotated[
         float,
-        Quantity(0.01, 90, "degrees", may_be_infinite=True),
+        DesignQuantity(0.01, 90, "degrees", may_be_infinite=True, shown_step=0.1),
         Field(
             title="blur in the scene, at most",
             default=SHARP_BLUR_DEG,
@@ -27,11 +27,11 @@ class Sharpness(Part):
     ]
     max_blur_px: Annotated[
         float,
-        Quantity(0.1, 10_000, "pixels", may_be_infinite=True),
+        DesignQuantity(0.1, 10_000, "pixels", may_be_infinite=True),
         Field(
             title="blur on the sensor, at most",
             default=math.inf,
-            description="Largest blur on the sensor. Default: inf, since the angle decides.",
+            description="Largest blur on the sensor. Default: inf, no limit beside that of the angle.",
         ),
     ]
     least_light_percent: Annotated[
@@ -40,7 +40,7 @@ class Sharpness(Part):
         Field(
             title="light of the pupil, at least",
             default=90.0,
-            description="Least share of a scene point's light that must pass every edge, at both ends of each view's "
-            "range: the ray tracer rejects a design below. Default: 90.",
+            description="Smallest share of a scene point's light that must clear all edges, at both ends of each "
+            "view's range; the ray tracer rejects a design with less. Default: 90.",
         ),
     ]

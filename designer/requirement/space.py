@@ -8,7 +8,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from designer.requirement.part import METRES, RADIANS, Part
-from designer.requirement.quantity import Quantity, refuse
+from designer.requirement.quantity import DesignQuantity, refuse
 
 
 class WorkingVolume(Part):
@@ -16,15 +16,15 @@ class WorkingVolume(Part):
 
     elevation_deg: Annotated[
         tuple[float, float],
-        Quantity(-89, 89, "degrees", shape="range"),
+        DesignQuantity(-89, 89, "degrees", shape="range"),
         Field(
             title="elevation, from the middle",
-            description="Lowest and highest elevation, measured at the middle of the baseline; up is positive.",
+            description="Lowest and highest elevation, seen from the middle of the baseline; up is positive.",
         ),
     ]
     distance_mm: Annotated[
         tuple[float, float],
-        Quantity(1e-3, 1e7, "mm", shape="range"),
+        DesignQuantity(1e-3, 1e7, "mm", shape="range"),
         Field(
             title="distance from the axis",
             description="Nearest and farthest horizontal distance from the optical axis.",
@@ -40,11 +40,11 @@ class WorkingVolume(Part):
 
 
 class Envelope(Part):
-    """The space the mirrors may take."""
+    """The space that the mirrors may take up."""
 
     height_mm: Annotated[
         float,
-        Quantity(1, 1e5, "mm", if_smaller=METRES),
+        DesignQuantity(1, 1e5, "mm", if_smaller=METRES),
         Field(
             title="height, at most",
             description="Greatest height: from the lower of lens front and lowest mirror substrate to the top of "
@@ -53,12 +53,12 @@ class Envelope(Part):
     ]
     diameter_mm: Annotated[
         float,
-        Quantity(1, 1e5, "mm", if_smaller=METRES),
+        DesignQuantity(1, 1e5, "mm", if_smaller=METRES),
         Field(title="diameter, at most", description="Greatest diameter over everything, substrates included."),
     ]
     mirror_diameter_mm: Annotated[
         float,
-        Quantity(1, 1e5, "mm", if_smaller=METRES),
+        DesignQuantity(1, 1e5, "mm", if_smaller=METRES),
         Field(
             title="each mirror's diameter, at most",
             default_factory=lambda data: data.get("diameter_mm", math.nan),

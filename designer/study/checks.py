@@ -17,7 +17,7 @@ from designer.design import Design
 from designer.files import UnwritableError, write_atomically
 from designer.study.folder import remove_checks
 from designer.study.manifest import announce, settle
-from designer.study.names import FILES_OF_A_CHECK, UNCHECKED, check_folder, names_of_check
+from designer.study.names import FILES_OF_A_CHECK, UNCHECKED, folder_of_check, names_of_check
 from designer.study.processes import local_processes, run_each, why_it_failed
 
 if TYPE_CHECKING:  # OpenCV, which a study without checks does not need
@@ -83,7 +83,7 @@ def check_designs(
     is_other_under_way = [False] * len(designs)
     # Apart, and the long ones first, so that all processes are busy to the end.
     parts = [(index, through_lens) for through_lens in (True, False) for index in range(len(designs))]
-    places = [check_folder(folder, design.configuration) for design in designs]
+    places = [folder_of_check(folder, design.configuration) for design in designs]
     tasks = [(designs[index], places[index], seed, through_lens) for index, through_lens in parts]
     with local_processes(min(jobs, len(tasks))) as processes:
         for number, future in run_each(processes, _check_half, tasks):

@@ -102,6 +102,14 @@ def _of_stage(stage: str, goal: str) -> Callable[[Found], Value]:
     return value
 
 
+def _of_housing(design: FoundDesign, name: str) -> Value:
+    """A number of the housing's score, if it has one of that name."""
+    from designer.evaluate.housing import housing_score
+
+    value: Value = getattr(housing_score(design.record), name, None)
+    return value
+
+
 def _of_shortfall(name: str) -> Callable[[Found], Value]:
     return _of_result(lambda result: None if result.shortfall is None else getattr(result.shortfall, name))
 
@@ -273,6 +281,22 @@ _FURTHER = (
         float,
         _of_score(lambda score: score.margin_limit_ratio),
         "ratio to the limit with margins",
+        is_swept=False,
+    ),
+    Column(
+        "blocked_azimuths",
+        float,
+        _of_design(lambda design: _of_housing(design, "blocked_share")),
+        "azimuths behind struts",
+        "%",
+        is_swept=False,
+    ),
+    Column(
+        "uncorrected_tube_bias_mm",
+        float,
+        _of_design(lambda design: _of_housing(design, "nearest_bias_mm")),
+        "depth bias of the tube, if not corrected, nearest",
+        "mm",
         is_swept=False,
     ),
 )

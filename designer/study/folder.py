@@ -1,9 +1,9 @@
 """A study's folder, written file by file, each whole or not at all, and read back.
 
 ``designs.csv`` (a row for each configuration), ``designs/`` (a file for each feasible design), ``fronts.csv`` (Pareto
-fronts), ``lenses.csv`` (what each lens of a catalogue gives), ``requirement.toml``, ``provenance.json`` (written last
-of the study), ``checks/``, ``study.html``, ``study.pdf``, ``figures/`` and ``manifest.json`` (which of the folder's
-files are the study's own).
+fronts), ``lenses.csv`` (what each lens of a catalogue gives), ``comparators.csv`` (what else could be built),
+``requirement.toml``, ``provenance.json`` (written last of the study), ``checks/``, ``study.html``, ``study.pdf``,
+``figures/`` and ``manifest.json`` (which of the folder's files are the study's own).
 """
 
 from __future__ import annotations
@@ -11,26 +11,25 @@ from __future__ import annotations
 import csv
 import io
 import json
-import math
 import platform
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, fields, replace
-from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pydantic import JsonValue
 
-from designer import __version__
 from designer.design import design_to_json, read_design
 from designer.files import InputError, as_json, read_text, write_atomically
+from designer.own_files import described_run
 from designer.requirement import Requirement, read_requirement, requirement_to_toml, set_key
 from designer.study.columns import STATUSES
+from designer.study.comparators import read_comparators
 from designer.study.manifest import announce, read_manifest, remove, settle
 from designer.study.names import (
     CHECKS,
+    COMPARATORS_TABLE,
     DESIGNS,
     FIGURE_LIST,
     FIGURES,
@@ -43,12 +42,12 @@ from designer.study.names import (
     RESULTS,
     TOLERANCES,
     UNCHECKED,
-    check_folder,
     design_name,
     design_path,
     figure_name,
+    folder_of_check,
 )
-from designer.study.row import Row, frame_of, read_row
+from designer.study.row import Row, frame_of, number_in, read_row
 from designer.study.study import LensRow, ParetoRow, Study
 
 if TYPE_CHECKING:  # imported when a table is written
@@ -139,16 +138,12 @@ def provenance_of(requirement: Requirement, elapsed_seconds: float) -> dict[str,
     """Where results come from: versions, seed, solver options, machine, times."""
     from designer.optimise.program import SOLVERS  # folders are read without the solver
 
-    versions = {"python": platform.python_version()} | {name: _version(name) for name in _PACKAGES}
     return {
-        "designer": __version__,
-        "versions": as_json(versions),
+        **described_run({name: _version(name) for name in _PACKAGES}),
         "seed": requirement.solve.seed,
         "starts": requirement.solve.starts,
         "solvers": as_json(SOLVERS),
         "machine": {"system": platform.system(), "processor": platform.machine()},
-        "command": " ".join(["designer", *sys.argv[1:]]),
-        "finished": datetime.now(UTC).isoformat(timespec="seconds"),
         "elapsed_seconds": elapsed_seconds,
     }
 
@@ -171,7 +166,8 @@ def read_study(folder: Path) -> Study:
     pareto = _read_pareto(folder / PARETO) if (folder / PARETO).exists() else ()
     provenance = _read_json(folder / PROVENANCE) if (folder / PROVENANCE).exists() else {}
     lenses = _read_lenses(folder / LENSES) if (folder / LENSES).exists() else ()
-    study = Study(requirement, rows, designs, pareto, provenance, lenses=lenses)
+    others = read_comparators(folder / COMPARATORS_TABLE) if (folder / COMPARATORS_TABLE).exists() else ()
+    study = Study(requirement, rows, designs, pareto, provenance, lenses=lenses, comparators=others)
     return with_checks(with_tolerances(study, folder), folder)
 
 
@@ -202,9 +198,10 @@ def with_checks(study: Study, folder: Path) -> Study:
         return study
     from designer.study.checked import read_check, read_unchecked
 
-    checks = {name: read_check(check_folder(folder, name), design) for name, design in study.designs.items()}
+    checks = {name: read_check(folder_of_check(folder, name), design) for name, design in study.designs.items()}
     reasons = {
-        name: read_unchecked(check_folder(folder, name) / UNCHECKED, design) for name, design in study.designs.items()
+        name: read_unchecked(folder_of_check(folder, name) / UNCHECKED, design)
+        for name, design in study.designs.items()
     }
     return replace(
         study,
@@ -250,7 +247,7 @@ def remove_checks(folder: Path) -> None:
 def _read_pareto(path: Path) -> tuple[ParetoRow, ...]:
     points = []
     for record in _read_records(path, ("configuration", "swept", "limit_mm", "status")):
-        limit = _number(record["limit_mm"])
+        limit = number_in(record["limit_mm"])
         if limit is None:
             raise InputError(f"{path}: limit_mm = {record['limit_mm']!r}: must be a number")
         points.append(
@@ -259,9 +256,9 @@ def _read_pareto(path: Path) -> tuple[ParetoRow, ...]:
                 swept=record["swept"],
                 limit_mm=limit,
                 status=record["status"],
-                depth_error_rms=_number(record.get("depth_error_rms", "")),
-                height_mm=_number(record.get("height_mm", "")),
-                diameter_mm=_number(record.get("diameter_mm", "")),
+                depth_error_rms=number_in(record.get("depth_error_rms", "")),
+                height_mm=number_in(record.get("height_mm", "")),
+                diameter_mm=number_in(record.get("diameter_mm", "")),
             )
         )
     return tuple(points)
@@ -283,7 +280,7 @@ def _read_lenses(path: Path) -> tuple[LensRow, ...]:
                 is_chosen=record["is_chosen"] == "True",
                 status=record["status"],
                 reason=record["reason"],
-                **{name: _number(record.get(name, "")) for name in numbers},
+                **{name: number_in(record.get(name, "")) for name in numbers},
             )
         )
     return tuple(rows)
@@ -298,14 +295,6 @@ def _read_records(path: Path, needed: tuple[str, ...]) -> list[dict[str, str]]:
         return [{key: value for key, value in record.items() if key is not None} for record in reader]
     except csv.Error as error:
         raise InputError(f"{path}: not a table that a study wrote: {error} (line {reader.line_num})") from None
-
-
-def _number(text: str) -> float | None:
-    try:
-        value = float(text)
-    except ValueError:
-        return None
-    return value if math.isfinite(value) else None
 
 
 def _read_json(path: Path) -> dict[str, JsonValue]:

@@ -15,7 +15,17 @@ from pathlib import Path, PurePosixPath
 
 from designer.files import InputError, read_text, write_atomically
 from designer.own_files import listed, sha256
-from designer.study.names import FIGURE_LIST, FIGURES, LENSES, PAGE, PROVENANCE, RESULTS, figure_name, names_of_study
+from designer.study.names import (
+    COMPARATORS_TABLE,
+    FIGURE_LIST,
+    FIGURES,
+    LENSES,
+    PAGE,
+    PROVENANCE,
+    RESULTS,
+    figure_name,
+    names_of_study,
+)
 
 MANIFEST = "manifest.json"
 Manifest = dict[str, str | None]
@@ -151,8 +161,8 @@ def _manifest_of_tables(folder: Path) -> Manifest | None:
         return None
     if not isinstance(provenance, dict) or not {"designer", "solvers"} <= provenance.keys():
         return None
-    # Those versions wrote neither a table of lenses nor a page.
-    of_study = [name for name in names_of_study(configurations) if name not in (LENSES, PAGE)]
+    # Those versions wrote neither a table of lenses or of comparators nor a page.
+    of_study = [name for name in names_of_study(configurations) if name not in (LENSES, COMPARATORS_TABLE, PAGE)]
     names = [*of_study, *map(figure_name, _figures_of_tables(folder, configurations))]
     present = [name for name in names if _is_inside(name) and (folder / name).is_file()]
     return {name: sha256((folder / name).read_bytes()) for name in present}

@@ -9,6 +9,7 @@ RESULTS = "designs.csv"
 DESIGNS = "designs"
 PARETO = "fronts.csv"
 LENSES = "lenses.csv"
+COMPARATORS_TABLE = "comparators.csv"
 REQUIREMENT = "requirement.toml"
 PROVENANCE = "provenance.json"
 TOLERANCES = "tolerances.json"
@@ -30,7 +31,7 @@ def design_path(folder: Path, configuration: str) -> Path:
     return folder / design_name(configuration)
 
 
-def check_folder(folder: Path, configuration: str) -> Path:
+def folder_of_check(folder: Path, configuration: str) -> Path:
     """Where the check of a configuration's design stands."""
     return folder / CHECKS / configuration
 
@@ -52,8 +53,8 @@ def figure_name(file: str) -> str:
 
 def names_of_study(configurations: Iterable[str]) -> tuple[str, ...]:
     """The names of all files that a study of some configurations may write, but for figures."""
-    names = [REQUIREMENT, RESULTS, PARETO, LENSES, PROVENANCE, TOLERANCES, PDF, PAGE, figure_name(FIGURE_LIST)]
-    names += [CERTIFICATES, CERTIFICATES_TABLE]
+    tables = [RESULTS, PARETO, LENSES, COMPARATORS_TABLE, CERTIFICATES_TABLE, CERTIFICATES]
+    names = [REQUIREMENT, *tables, PROVENANCE, TOLERANCES, PDF, PAGE, figure_name(FIGURE_LIST)]
     for configuration in configurations:
         names += [design_name(configuration), *names_of_check(configuration)]
     return tuple(names)

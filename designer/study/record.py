@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from designer.configurations import Configuration, MirrorKind
-from designer.design import Camera, Design, Mirror, View, Views, WorkingVolume
+from designer.design import Camera, Design, Mirror, View, ViewName, Views, WorkingVolume
 from designer.evaluate.depth import Volume, depth_error_rms, noise_mm_of
 from designer.evaluate.fabrication import mirror_shape
-from designer.evaluate.limit import ImageBounds, NoiseOfPair, arrangement_of, least_limit_over
+from designer.evaluate.limit import ImageBounds, LeastLimit, NoiseOfPair, arrangement_of, least_limit_over
 from designer.evaluate.predicted_noise import sharp_noise_model
 from designer.evaluate.score import evaluate_design
 from designer.goals import in_columns
@@ -25,7 +25,7 @@ from designer.optimise.required_numbers import specification_of
 from designer.optimise.search import SearchResult
 from designer.optimise.system import put_together
 from designer.requirement import Lens, Requirement
-from designer.study.score import LeastLimit, StudyScore
+from designer.study.score import StudyScore
 
 # Focused farther than any requirement can say, a lens is focused at infinity; so is one that rounding takes beyond.
 AT_INFINITY_PER_MM = 1e-9
@@ -71,6 +71,7 @@ def record_of(requirement: Requirement, best: Candidate) -> Design:
             "clearance_mm": requirement.manufacture.clearance_mm,
             "edge_margin_mm": requirement.manufacture.edge_margin_mm,
             "sharpness": _finite(requirement.sharpness.model_dump()),
+            "housing": _housing(requirement, values),
         }
     )
 
@@ -156,17 +157,32 @@ def _mirror(mirror: PlacedMirror, kind: MirrorKind, requirement: Requirement) ->
     )
 
 
+def _housing(requirement: Requirement, values: dict[str, float]) -> dict[str, Any] | None:
+    """The housing from the variables that enclose mirrors and light, as the record holds it."""
+    asked = requirement.housing
+    if asked.kind == "none":
+        return None
+    ends = {"kind": asked.kind, "low_mm": values["bottom"], "high_mm": values["top"]}
+    if asked.kind == "struts":
+        width = asked.width_mm
+        return {**ends, "number": asked.number, "width_mm": width, "radius_mm": values["radius"] - width / 2.0}
+    return {
+        **ends,
+        "inner_radius_mm": values["radius"] - asked.wall_mm,
+        "wall_mm": asked.wall_mm,
+        "refractive_index": asked.refractive_index,
+        "material": asked.material,
+    }
+
+
 def _views(candidate: Candidate) -> Views:
     variant, values, specification = candidate.problem.variant, candidate.values, candidate.problem.specification
-    upper, lower = elevation_tangents_of_views(
-        (math.tan(specification.elevation_low), math.tan(specification.elevation_high)),
-        (specification.distance_near, specification.distance_far),
-        values["baseline"],
-    )
+    low, high = specification.elevations
+    slopes = elevation_tangents_of_views((math.tan(low), math.tan(high)), specification.distances, values["baseline"])
     outer = variant.configuration.outer_view
     folded = variant.fold is not None
 
-    def view(name: str, slopes: tuple[float, float]) -> View:
+    def view(name: ViewName) -> View:
         last = variant.last_mirror(name)
         return View.model_validate(
             {
@@ -174,12 +190,12 @@ def _views(candidate: Candidate) -> Views:
                 "viewpoint_mm": values["lower_viewpoint"] + (values["baseline"] if name == "upper" else 0.0),
                 "gain": values[f"{name}_gain"],
                 "sense": variant.sense(name),
-                "elevation_deg": tuple(math.degrees(math.atan(slope)) for slope in slopes),
+                "elevation_deg": tuple(math.degrees(math.atan(slope)) for slope in slopes[name]),
                 "zone": "outer" if name == outer else "inner",
             }
         )
 
-    return Views(upper=view("upper", upper), lower=view("lower", lower))
+    return Views(upper=view("upper"), lower=view("lower"))
 
 
 def _score(requirement: Requirement, result: SearchResult, record: Design) -> StudyScore:
@@ -248,5 +264,4 @@ def least_limit_of(requirement: Requirement, configuration: Configuration) -> Le
             )
     if not limits:
         raise ValueError("with every lens the outer zone and the gap leave no space for the inner zone")
-    least = min(limits, key=lambda limit: limit.depth_error_rms)
-    return LeastLimit(least.depth_error_rms, least.baseline, least.principal_distance)
+    return min(limits, key=lambda limit: limit.depth_error_rms)

@@ -105,7 +105,8 @@ def _known(column: str) -> str:
     return column
 
 
-def _number(text: str) -> float | None:
+def number_in(text: str) -> float | None:
+    """The finite number that a cell holds; None if it holds none."""
     try:
         value = float(text)
     except ValueError:
@@ -114,7 +115,7 @@ def _number(text: str) -> float | None:
 
 
 def _whole_number(text: str) -> int | None:
-    value = _number(text)
+    value = number_in(text)
     return None if value is None else int(value)
 
 
@@ -122,4 +123,4 @@ def _truth(text: str) -> bool | None:
     return {"True": True, "False": False}.get(text)
 
 
-_PARSERS: dict[type, Callable[[str], Value]] = {str: str, float: _number, int: _whole_number, bool: _truth}
+_PARSERS: dict[type, Callable[[str], Value]] = {str: str, float: number_in, int: _whole_number, bool: _truth}

@@ -7,17 +7,9 @@ from dataclasses import dataclass, fields
 
 from pydantic import JsonValue
 
+from designer.evaluate.limit import LeastLimit
 from designer.evaluate.score import Score
 from designer.files import as_json
-
-
-@dataclass(frozen=True, slots=True)
-class LeastLimit:
-    """The least limit over every baseline and principal distance that the requirement allows, and where it lies."""
-
-    depth_error_rms: float
-    baseline_mm: float
-    principal_distance_mm: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +18,8 @@ class StudyScore:
 
     The stages hold every goal by the name of its column. ``margin_limit_ratio`` is the score over the limit with
     margins, None where there is none. ``largest_scaled_violation`` is that of the constraints, ``solver_statuses``
-    counts what the solver's runs came to.
+    counts what the solver's runs came to. ``least_limit`` is that over every baseline and principal distance that the
+    requirement allows.
     """
 
     score: Score

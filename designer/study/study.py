@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import JsonValue
 
+from designer.comparators.row import ComparatorRow
 from designer.design import Design
 from designer.requirement import Requirement
 from designer.study.row import Row
@@ -62,7 +63,8 @@ class Study:
     order; ``pareto`` the Pareto fronts of the best; ``provenance`` where the results come from, as JSON. ``checked``
     holds the end-to-end checks by configuration, ``unchecked`` the reason for each design whose check broke down.
     ``lenses`` has a row for each configuration and lens of a catalogue, in the order of ``rows``, then of the
-    requirement; none if there is one lens only. ``tolerances`` is what the best designs forgive, if that was asked.
+    requirement; none if there is one lens only. ``tolerances`` is what the best designs forgive, ``comparators`` what
+    else could be built, if that was asked.
     """
 
     requirement: Requirement
@@ -74,6 +76,7 @@ class Study:
     unchecked: Mapping[str, str] = field(default_factory=dict)
     lenses: tuple[LensRow, ...] = ()
     tolerances: StudyTolerances | None = None
+    comparators: tuple[ComparatorRow, ...] = ()
 
     @property
     def name(self) -> str:

@@ -6,18 +6,22 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from designer.as_built.model import perturbable
+from designer.as_built.named import NamedTolerances
 from designer.as_built.study import ToleranceStudy, percentiles, study_tolerances
-from designer.as_built.tolerances import Tolerances
+from designer.as_built.tolerances import Tolerances, tolerance_values
+from designer.as_built.yields import expected_depth_error
 from designer.design import Design, design_to_json
-from designer.files import InputError, describe_validation_error, read_text, write_atomically
+from designer.evaluate.score import check_image_law
+from designer.files import InputError, describe_validation_error, finite, read_text, write_atomically
 from designer.own_files import sha256
 from designer.study.manifest import announce, settle
 from designer.study.names import TOLERANCES
@@ -32,7 +36,7 @@ class _Record(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore")
 
 
-class Departure(_Record):
+class RecordedImpact(_Record):
     """One departure at its tolerance, calibrated: see :class:`designer.as_built.sensitivity.Impact`."""
 
     name: str
@@ -59,7 +63,7 @@ class Forgiveness(_Record):
     good_interval: tuple[float, float] | None = None
     first_order_holds: bool | None = None
     blurred: int | None = None
-    impacts: tuple[Departure, ...] = ()
+    impacts: tuple[RecordedImpact, ...] = ()
     problem: str = ""
 
     @property
@@ -146,6 +150,20 @@ def tolerate_designs(
     return result
 
 
+def to_be_built(ranked: Sequence[Design], tolerances: Tolerances, *, best: int, seed: int = 0) -> list[Design]:
+    """The best of ranked designs, and one more if it forgives more than each of these.
+
+    What a design forgives is judged to first order, by its depth error at the 95th percentile.
+    """
+    known = {place: _expected(design, tolerances, seed) for place, design in enumerate(ranked)}
+    others = range(best, len(ranked))
+    most_forgiving = min(others, key=known.__getitem__, default=None)
+    chosen = list(ranked[:best])
+    if most_forgiving is not None and known[most_forgiving] < min(known[place] for place in range(best)):
+        chosen.append(ranked[most_forgiving])
+    return chosen
+
+
 def read_tolerances_of_study(folder: Path, designs: Sequence[Design]) -> StudyTolerances | None:
     """What a study wrote of these designs; None if it did not, or if the designs are no longer those.
 
@@ -154,16 +172,44 @@ def read_tolerances_of_study(folder: Path, designs: Sequence[Design]) -> StudyTo
     InputError
         The file cannot be understood.
     """
+    found = _read(folder)
+    if found is None:
+        return None
+    present = {design.configuration: _fingerprint(design) for design in designs}
+    is_theirs = all(present.get(each.configuration) == each.design_sha256 for each in found.designs)
+    return found if is_theirs else None
+
+
+def tolerances_in(folder: Path) -> NamedTolerances | None:
+    """The tolerances that a study's folder holds, whatever its designs; None if it holds none.
+
+    Raises
+    ------
+    InputError
+        The file cannot be understood.
+    """
+    found = _read(folder)
+    return None if found is None else NamedTolerances(found.name, found.tolerances)
+
+
+def _read(folder: Path) -> StudyTolerances | None:
     path = folder / TOLERANCES
     if not path.exists():
         return None
     try:
-        found = StudyTolerances.model_validate_json(read_text(path))
+        return StudyTolerances.model_validate_json(read_text(path))
     except ValidationError as error:
         raise InputError(describe_validation_error(path, error)) from None
-    present = {design.configuration: _fingerprint(design) for design in designs}
-    is_theirs = all(present.get(each.configuration) == each.design_sha256 for each in found.designs)
-    return found if is_theirs else None
+
+
+def _expected(design: Design, tolerances: Tolerances, seed: int) -> float:
+    try:
+        check_image_law(design)
+        model = perturbable(design)
+    except InputError:
+        return math.inf
+    expected = expected_depth_error(model, tolerance_values(design, model.parameters, tolerances), TRIALS, seed)
+    return expected if math.isfinite(expected) else math.inf
 
 
 def _tolerate(design: Design, tolerances: Tolerances, trials: int, seed: int) -> Forgiveness:
@@ -179,17 +225,17 @@ def _record(study: ToleranceStudy) -> Forgiveness:
         configuration=study.model.design.configuration,
         design_sha256=_fingerprint(study.model.design),
         depth_error_as_designed=study.model.noise,
-        depth_errors=tuple(_finite(value) for value in percentiles(study.trials.depth_error_after, range(101))),
+        depth_errors=tuple(finite(value) for value in percentiles(study.trials.depth_error_after, range(101))),
         good=result.value,
         good_interval=result.interval,
         first_order_holds=result.first_order_holds,
         blurred=result.blurred,
         impacts=tuple(
-            Departure(
+            RecordedImpact(
                 name=impact.parameter.name,
                 unit=impact.parameter.unit,
                 tolerance=impact.tolerance,
-                growth=_finite(impact.growth_after),
+                growth=finite(impact.growth_after),
                 allowed=impact.allowed,
                 allowed_by=impact.allowed_by,
                 is_harmless=impact.is_harmless,
@@ -205,7 +251,3 @@ def _failed(design: Design, problem: str) -> Forgiveness:
 
 def _fingerprint(design: Design) -> str:
     return sha256(design_to_json(design).encode())
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

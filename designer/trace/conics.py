@@ -31,7 +31,7 @@ class Rays:
     direction_along: Array
 
 
-def dot(left: Rows, right: Rows) -> Array:
+def dot_product(left: Rows, right: Rows) -> Array:
     """Sum of the products of rows."""
     total = left[0] * right[0]
     for row, other in zip(left[1:], right[1:], strict=True):
@@ -39,7 +39,7 @@ def dot(left: Rows, right: Rows) -> Array:
     return total
 
 
-def ends(rays: Rays, distance: Array) -> list[Array]:
+def points_along(rays: Rays, distance: Array) -> list[Array]:
     """Rows of the points at distances along rays."""
     points = [distance * component for component in (*rays.direction_across, rays.direction_along)]
     starts = [*rays.across, rays.height]
@@ -61,8 +61,8 @@ def quadratic(curvature: Array | float, one_plus_conic: Array | float, rays: Ray
     value = (reduced_height - 2.0) * z
     moments = [z * component for component in lateral]
     if len(across):
-        slope -= curvature * dot(across, lateral)
-        value += curvature * dot(across, across)
+        slope -= curvature * dot_product(across, lateral)
+        value += curvature * dot_product(across, across)
         for moment, start in zip(moments, across, strict=True):
             moment -= dz * start
     discriminant = dz * dz
@@ -103,8 +103,8 @@ def mirrored(curvature: Array | float, one_plus_conic: Array | float, local: Row
     normal = [curvature * row for row in local[:-1]]
     normal.append((curvature * one_plus_conic) * local[-1])
     normal[-1] -= 1.0
-    share = dot(normal, directions)
-    share /= dot(normal, normal)
+    share = dot_product(normal, directions)
+    share /= dot_product(normal, normal)
     share *= 2.0
     for row, component in zip(normal, directions, strict=True):
         row *= share

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from designer.trace.arrays import Array, Indices, Rows
-from designer.trace.conics import Rays, dot, ends, leading_term, mirrored, quadratic, reflecting_root
+from designer.trace.conics import Rays, dot_product, leading_term, mirrored, points_along, quadratic, reflecting_root
 from designer.trace.instrument import Conics, Cylinders, Instrument
 
 # A ray that starts on a face is kept from meeting, at its very start, the walls that end in the same rim.
@@ -55,8 +55,8 @@ def first_hits(
         distances.append(_cylinder_hits(walls, kept, _in_frames(instrument, walls.frame[kept], points, directions)))
     if camera:
         to_disc = (instrument.discs.height[:, None] - points[-1]) / directions[-1]
-        *across, _ = ends(Rays(points[:-1], points[-1], directions[:-1], directions[-1]), to_disc)
-        met = (to_disc > NEAREST_HIT_MM) & (dot(across, across) <= instrument.discs.outer[:, None] ** 2)
+        *across, _ = points_along(Rays(points[:-1], points[-1], directions[:-1], directions[-1]), to_disc)
+        met = (to_disc > NEAREST_HIT_MM) & (dot_product(across, across) <= instrument.discs.outer[:, None] ** 2)
         distances.append(np.where(met, to_disc, np.inf))
 
     stacked = np.concatenate(distances)
@@ -90,11 +90,11 @@ def meet_face(
     curvature, one_plus_conic = conics.curvature[face], conics.one_plus_conic[face]
     rays = _in_frame(instrument, face, points, directions)
     distance = reflecting_root(curvature, one_plus_conic, instrument.facing[face], rays)
-    landed = ends(rays, distance)
+    landed = points_along(rays, distance)
     met = distance > NEAREST_HIT_MM
     met &= curvature * one_plus_conic * landed[-1] <= 1.0
     if aperture:
-        across = dot(landed[:-1], landed[:-1])
+        across = dot_product(landed[:-1], landed[:-1])
         met &= across >= conics.inner[face] ** 2
         met &= across <= conics.outer[face] ** 2
     reflected = (
@@ -126,8 +126,8 @@ def _conic_roots(conics: Conics, rays: Rays, left: Indices) -> tuple[Array, Arra
 
 def _within_conic(conics: Conics, distance: Array, rays: Rays) -> Array:
     """The distance where it is forward, on the vertex sheet and inside the aperture; infinite elsewhere."""
-    *landed, height = ends(rays, distance)
-    across = dot(landed, landed)
+    *landed, height = points_along(rays, distance)
+    across = dot_product(landed, landed)
     met = (
         (distance > NEAREST_HIT_MM)
         & (across >= (conics.inner**2)[:, None])
@@ -141,12 +141,12 @@ def _cylinder_hits(walls: Cylinders, kept: slice, rays: Rays) -> Array:
     """Distances (m, n) to cylindrical walls, infinite where a wall is not met."""
     across, lateral = rays.across, rays.direction_across
     radius = walls.radius[kept][:, None]
-    lateral_squared = dot(lateral, lateral)
+    lateral_squared = dot_product(lateral, lateral)
     discriminant = lateral_squared * radius**2
     if len(across) == 2:
         discriminant -= (across[0] * lateral[1] - across[1] * lateral[0]) ** 2
-    outwards = dot(across, lateral) if len(across) else np.zeros(1)
-    from_axis = np.sqrt(dot(across, across)) if len(across) else np.zeros(1)
+    outwards = dot_product(across, lateral) if len(across) else np.zeros(1)
+    from_axis = np.sqrt(dot_product(across, across)) if len(across) else np.zeros(1)
     stable = -(outwards + np.copysign(np.sqrt(discriminant), outwards))
     value = (from_axis - radius) * (from_axis + radius)
     low, high = walls.low[kept][:, None], walls.high[kept][:, None]

@@ -24,7 +24,7 @@ VIEW_SIDES: dict[ViewName, float] = {"upper": 1.0, "lower": -1.0}
 
 
 @dataclass(frozen=True, slots=True)
-class Box:
+class CylinderSection:
     """A cylinder about the axis in section."""
 
     radius: float
@@ -50,7 +50,7 @@ def face_height(mirror: Mirror, radius: float) -> float:
     return mirror.vertex_mm + float(sag(mirror, radius))
 
 
-def face(mirror: Mirror, samples: int, side: float = 1.0) -> Polyline:
+def face_outline(mirror: Mirror, samples: int, side: float = 1.0) -> Polyline:
     """A mirror's face from its inner to its outer rim, on one side of the axis."""
     radii = np.linspace(mirror.inner_radius_mm, mirror.outer_radius_mm, samples)
     return np.column_stack([side * radii, mirror.vertex_mm + sag(mirror, radii)])
@@ -58,19 +58,29 @@ def face(mirror: Mirror, samples: int, side: float = 1.0) -> Polyline:
 
 def substrate(mirror: Mirror, samples: int, side: float = 1.0) -> Polyline:
     """A mirror's face and its back as one closed polyline, on one side of the axis."""
-    front = face(mirror, samples, side)
+    front = face_outline(mirror, samples, side)
     back = front + np.array([0.0, mirror.back_offset_mm])
     return np.vstack([front, back[::-1], front[:1]])
 
 
-def lens_box(camera: Camera, lowest: float = -np.inf) -> Box:
+def lens_box(camera: Camera, lowest: float = -np.inf) -> CylinderSection:
     """The lens barrel, cut off below a height."""
-    return Box(camera.lens_radius_mm, max(camera.lens_seat_mm, lowest), camera.lens_front_mm)
+    return CylinderSection(camera.lens_radius_mm, max(camera.lens_seat_mm, lowest), camera.lens_front_mm)
 
 
-def body_box(camera: Camera, lowest: float) -> Box:
+def body_box(camera: Camera, lowest: float) -> CylinderSection:
     """The camera body, which reaches down without end, cut off below a height."""
-    return Box(camera.body_radius_mm, lowest, camera.lens_seat_mm)
+    return CylinderSection(camera.body_radius_mm, lowest, camera.lens_seat_mm)
+
+
+def housing_sections(design: Design) -> list[Polyline]:
+    """The walls of a tube as closed polylines on both sides, or the struts as if one stood on either side."""
+    housing = design.housing
+    if housing is None:
+        return []
+    inner, outer, low, high = housing.inner_radius_mm, housing.outer_radius_mm, housing.low_mm, housing.high_mm
+    corners = np.array([[inner, low], [outer, low], [outer, high], [inner, high], [inner, low]])
+    return [corners * (side, 1.0) for side in SIDES]
 
 
 def leaving_rays(design: Design, view: ViewName, count: int, length_mm: float) -> list[Polyline]:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from designer.design import Design
+from designer.design import Design, ViewName
 from designer.trace.aiming import pinhole_angles, widest_pinhole_angle
 from designer.trace.arrays import Array
 from designer.trace.bundles import pinhole_directions
@@ -103,7 +103,9 @@ class Bundles:
         return np.asarray(np.sqrt(np.sum(off * off, axis=-1).mean(axis=-1)))
 
 
-def pencil_images(design: Design, view_name: str, elevations_deg: ArrayLike, distances_mm: ArrayLike) -> PencilImages:
+def pencil_images(
+    design: Design, view_name: ViewName, elevations_deg: ArrayLike, distances_mm: ArrayLike
+) -> PencilImages:
     """Virtual images of scene points, by close pencils of rays traced about each chief ray.
 
     A scene point is given by elevation in degrees of the chief ray and distance from the axis in mm, which may be
@@ -111,15 +113,14 @@ def pencil_images(design: Design, view_name: str, elevations_deg: ArrayLike, dis
     tells which rays meet in it, and so where they seem to come from. Apertures and blockage are ignored.
     """
     instrument = build_instrument(design)
-    path = instrument.path(getattr(design.views, view_name).path)
+    path = instrument.path(design.views.by_name[view_name].path)
     chief = chief_rays(instrument, path, elevations_deg, widest_pinhole_angle(design))
-    with np.errstate(all="ignore"):
-        return _pencil_images(instrument, path, chief, np.atleast_1d(np.asarray(distances_mm, dtype=float)))
+    return images_about(instrument, path, chief, np.atleast_1d(np.asarray(distances_mm, dtype=float)))
 
 
 def trace_bundles(
     design: Design,
-    view_name: str,
+    view_name: ViewName,
     elevations_deg: ArrayLike,
     distances_mm: ArrayLike,
     *,
@@ -131,14 +132,20 @@ def trace_bundles(
     A scene point is given as for :func:`pencil_images`, at a finite distance.
     """
     instrument = build_instrument(design)
-    path = instrument.path(getattr(design.views, view_name).path)
+    path = instrument.path(design.views.by_name[view_name].path)
     chief = chief_rays(instrument, path, elevations_deg, widest_pinhole_angle(design))
-    distances = np.atleast_1d(np.asarray(distances_mm, dtype=float))
     places = pupil_places(design.camera.pupil_radius_mm if pupil_radius_mm is None else pupil_radius_mm, rings)
+    return bundles_about(instrument, path, chief, np.atleast_1d(np.asarray(distances_mm, dtype=float)), places)
+
+
+def bundles_about(
+    instrument: Instrument, path: tuple[int, ...], chief: ChiefRays, distances: Array, places: Array
+) -> Bundles:
+    """As :func:`trace_bundles`, about chief rays (n,), for distances (k,) and the places of :func:`pupil_places`."""
     with np.errstate(all="ignore"):
         reach = chief.distance_beyond(distances)
         points = chief.point[:, None, :] + reach[..., None] * chief.direction[:, None, :]
-        images = _pencil_images(instrument, path, chief, distances)
+        images = images_about(instrument, path, chief, distances)
         # Mirrors on the axis: what holds on one side of the meridional plane holds on the other.
         half = _aimed_slopes(instrument, path, chief, points, places[: len(places) // 2], images)
         slopes = np.concatenate([half, half * [1.0, -1.0]], axis=2)
@@ -148,7 +155,11 @@ def trace_bundles(
 def chief_rays(instrument: Instrument, path: tuple[int, ...], elevations_deg: ArrayLike, widest: float) -> ChiefRays:
     """The rays from the pinhole, at angles up to ``widest`` in radians, that leave a path at elevations in degrees."""
     elevations = np.radians(np.atleast_1d(np.asarray(elevations_deg, dtype=float)))
-    psi = pinhole_angles(instrument, path, elevations, widest)
+    return chief_rays_at(instrument, path, pinhole_angles(instrument, path, elevations, widest))
+
+
+def chief_rays_at(instrument: Instrument, path: tuple[int, ...], psi: Array) -> ChiefRays:
+    """The rays from the pinhole at angles psi (n,) in radians; NaN where one misses a mirror, apertures ignored."""
     trace = trace_sequential(instrument, path, pinhole_directions(psi), apertures=False)
     return ChiefRays(psi, np.linalg.norm(trace.hits[0], axis=1), trace.point, trace.direction)
 
@@ -170,8 +181,16 @@ def pupil_places(radius_mm: float, rings: int = RINGS) -> Array:
     return np.concatenate([upper, upper * [1.0, -1.0, 1.0]])
 
 
-def _pencil_images(instrument: Instrument, path: tuple[int, ...], chief: ChiefRays, distances: Array) -> PencilImages:
-    """1/V = (dY/da) / (dY/db): Y where a ray passes the scene point, a its start beside the pinhole, b its angle."""
+def images_about(instrument: Instrument, path: tuple[int, ...], chief: ChiefRays, distances: Array) -> PencilImages:
+    """As :func:`pencil_images`, about chief rays (n,), for distances (k,).
+
+    1/V = (dY/da) / (dY/db), with Y where a ray passes the scene point, a its start beside the pinhole, b its angle.
+    """
+    with np.errstate(all="ignore"):
+        return _images_about(instrument, path, chief, distances)
+
+
+def _images_about(instrument: Instrument, path: tuple[int, ...], chief: ChiefRays, distances: Array) -> PencilImages:
     count = len(chief.psi)
     sine, cosine, none = np.sin(chief.psi), np.cos(chief.psi), np.zeros(count)
     ahead = np.stack([sine, none, cosine], axis=-1)

@@ -17,7 +17,7 @@ from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
 from designer.trace.image_law import image_radius, is_perspective, pinhole_angle
 from designer.trace.instrument import Instrument
 from designer.trace.sequential import trace_sequential
-from designer.verify.coverage import SCAN_AZIMUTH, Run, find_runs, single_viewpoint_residuals
+from designer.verify.coverage import SCAN_AZIMUTH, AngleRun, find_runs, single_viewpoint_residuals
 from designer.verify.fans import FanClearance, fan_clearance
 from designer.verify.intervals import common, common_width, hull, in_degrees, joined, uncovered
 from designer.verify.solids import Rims
@@ -138,7 +138,7 @@ def _other_meridians(asked_psi: Array) -> tuple[Array, Array]:
     return np.tile(chosen, len(AZIMUTHS_RAD)), np.repeat(AZIMUTHS_RAD, chosen.size)
 
 
-def _blockages(instrument: Instrument, view: View, runs: list[Run]) -> tuple[Blockage, ...]:
+def _blockages(instrument: Instrument, view: View, runs: list[AngleRun]) -> tuple[Blockage, ...]:
     return tuple(
         Blockage(
             _leg_name(view, run.leg),

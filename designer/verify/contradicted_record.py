@@ -178,7 +178,8 @@ def _size_problems(design: Design) -> list[str]:
     if not abs(design.height_mm - height) <= SIZE_TOLERANCE_MM:
         problems.append(f"height_mm is {design.height_mm:.9g}, but the height from lens to top is {height:.9g} mm")
     if not abs(design.diameter_mm - diameter) <= SIZE_TOLERANCE_MM:
-        problems.append(f"diameter_mm is {design.diameter_mm:.9g}, but the mirrors are {diameter:.9g} mm in diameter")
+        parts = "mirrors" if design.housing is None else "mirrors and the housing"
+        problems.append(f"diameter_mm is {design.diameter_mm:.9g}, but the {parts} are {diameter:.9g} mm in diameter")
     camera = design.camera
     half_diagonal = float(np.hypot(camera.width_px, camera.height_px)) / 2.0
     circle = camera.image_circle_radius_px
@@ -197,5 +198,9 @@ def _overall_size(design: Design) -> tuple[float, float]:
         for radius in (mirror.inner_radius_mm, mirror.outer_radius_mm):
             face = mirror.vertex_mm + float(sag(mirror, radius))
             heights += [face, face + back]
+    widest = max(mirror.outer_radius_mm for mirror in design.mirrors)
+    if design.housing is not None:
+        heights += [design.housing.low_mm, design.housing.high_mm]
+        widest = max(widest, design.housing.outer_radius_mm)
     # The lens front counts only as the lowest point: the camera is no part of the head.
-    return max(heights[1:]) - min(heights), 2.0 * max(mirror.outer_radius_mm for mirror in design.mirrors)
+    return max(heights[1:]) - min(heights), 2.0 * widest

@@ -29,7 +29,7 @@ _CUT, _SEEN, _OUTSIDE, _FIRST_BLOCKED = 0, 1, 2, 3
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class AngleRun:
     """Neighbouring pinhole angles with one fate.
 
     ``is_seen`` is true inside the image circle only. A blocked run has the ``leg`` on which and the ``element``
@@ -55,7 +55,7 @@ class ImageZone:
     is_blocked: bool
 
 
-def find_runs(instrument: Instrument, path: Sequence[int], psi: Array, psi_circle: float) -> list[Run]:
+def find_runs(instrument: Instrument, path: Sequence[int], psi: Array, psi_circle: float) -> list[AngleRun]:
     """Runs of pinhole angles that the apertures of a path let through, edges to better than 1e-10 degrees.
 
     ``psi`` (n,) are rising sample angles; runs narrower than their spacing can go unnoticed.
@@ -74,7 +74,7 @@ def find_runs(instrument: Instrument, path: Sequence[int], psi: Array, psi_circl
     for start, end, fate, elevation in zip(starts[kept], ends[kept], fates[kept], elevations.T, strict=True):
         blocked = int(fate) - _FIRST_BLOCKED
         runs.append(
-            Run(
+            AngleRun(
                 psi=(float(start), float(end)),
                 elevation_deg=(float(elevation.min()), float(elevation.max())),
                 is_seen=bool(fate == _SEEN),

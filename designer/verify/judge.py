@@ -1,8 +1,8 @@
 """The judge: a design traced, its record compared, its solids checked, and one verdict on all of it.
 
 Each question has its own module: the record (:mod:`.contradicted_record`), chief rays of each view
-(:mod:`.chief_rays`), solids (:mod:`.solids`), the light of the full pupil (:mod:`.light`). A further question adds its
-sentences to the problems of :func:`judge`.
+(:mod:`.chief_rays`), solids (:mod:`.solids`), the housing (:mod:`.housing`), the light of the full pupil
+(:mod:`.light`). A further question adds its sentences to the problems of :func:`judge`.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from designer.trace.instrument import build_instrument
 from designer.verify.chief_rays import END_INSET_DEG, IMAGE_SAMPLES, judge_view
 from designer.verify.contradicted_record import needed_elevations, record_problems, topology_named_by
 from designer.verify.coverage import map_image
+from designer.verify.housing import housing_problems
 from designer.verify.intervals import common, common_width, in_degrees
 from designer.verify.light import view_light
 from designer.verify.light_verdict import light_problems
@@ -28,8 +29,9 @@ def judge(design: Design, *, whole_image: bool = True) -> Verdict:
 
     A design passes when every asked elevation of both views is seen through the intended mirrors, each met first;
     every exit ray passes through the view's viewpoint and obeys its gain; the image zones are disjoint and inside
-    the image circle; no two solids touch; and, where the record says how sharp the design must be, the light of the
-    full pupil arrives, unmixed and sharp. Nonsense gets problems, never an exception.
+    the image circle; no two solids touch; the asked rays pass a tube between its ends; and, where the record says how
+    sharp the design must be, the light of the full pupil arrives, unmixed and sharp. Nonsense gets problems, never an
+    exception.
 
     Without the ``whole_image`` only rays that are asked for are traced: the same questions decide, five times sooner,
     but what else the camera sees stays unsaid.
@@ -38,16 +40,19 @@ def judge(design: Design, *, whole_image: bool = True) -> Verdict:
         instrument = build_instrument(design)
         rims = find_rims(design)
         needed = needed_elevations(design) or {}
-        upper, lower = (
-            judge_view(design, instrument, name, _as_asked(view, needed.get(name)), rims, whole_image=whole_image)
-            for name, view in design.views.by_name.items()
-        )
+        asked = {name: _as_asked(view, needed.get(name)) for name, view in design.views.by_name.items()}
+        judged = {
+            name: judge_view(design, instrument, name, view, rims, whole_image=whole_image)
+            for name, view in asked.items()
+        }
+        upper, lower = judged["upper"], judged["lower"]
         problems = (
             *record_problems(design),
             *upper.problems,
             *lower.problems,
             *_zone_problems(design, upper, lower),
             *contact_problems(design),
+            *housing_problems(design, instrument, asked),
             *_lens_problems(design.camera),
         )
         light = view_light(design)

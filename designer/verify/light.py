@@ -140,13 +140,13 @@ def other_view_share(
 def _view_light(
     design: Design,
     instrument: Instrument,
-    name: str,
+    name: ViewName,
     bundles: Bundles,
     path: tuple[int, ...],
     other_path: tuple[int, ...],
     rings: int,
 ) -> ViewLight:
-    camera, view = design.camera, getattr(design.views, name)
+    camera, view = design.camera, design.views.by_name[name]
     reciprocal_focus = 1.0 / camera.focus_distance_mm if camera.focus_distance_mm else 0.0
     arrives, stopped_by = arriving_share(instrument, path, bundles)
     rms = bundles.rms_radius_mm(camera.focal_length_mm, reciprocal_focus)

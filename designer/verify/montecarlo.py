@@ -98,7 +98,7 @@ def _measure(
     heights = middle + distances * np.tan(elevations)
     instrument = build_instrument(design)
     lines: list[tuple[Array, Array]] = []
-    for name, view in (("upper", views.upper), ("lower", views.lower)):
+    for name, view in views.by_name.items():
         psi = project(design, name, distances, heights)
         imaged = (
             scale * camera.focal_length_mm * np.tan(psi)
@@ -106,7 +106,8 @@ def _measure(
             else scale * image_radius(camera, psi)
         )
         noisy = pinhole_angle(camera, imaged + sigma * random.standard_normal(psi.size))
-        (start_x, start_z), (ahead_x, ahead_z) = exit_lines(instrument, instrument.path(view.path), noisy)
+        path = instrument.path(view.path)
+        (start_x, start_z), (ahead_x, ahead_z) = exit_lines(instrument, path, noisy, design.tube)
         slope = ahead_z / ahead_x
         side = 1.0 if view.gain > 0.0 else -1.0
         lines.append((start_z - slope * start_x, side * slope))

@@ -9,16 +9,29 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Protocol
 
 import numpy as np
 
-from designer.design import Design, Mirror
+from designer.design import Camera, Mirror
 from designer.trace.arrays import Array
 from designer.trace.instrument import BARREL, BODY, sag
 
 # Solids nearer than this count as touching.
 CONTACT_MM = 1e-9
 SECTION_SAMPLES = 257
+
+
+class Head(Protocol):
+    """A camera and the mirrors about it: a design, or anything else that has both."""
+
+    @property
+    def camera(self) -> Camera:
+        """The camera."""
+
+    @property
+    def mirrors(self) -> tuple[Mirror, ...]:
+        """The mirrors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,14 +48,16 @@ class Rims:
 
 
 @dataclass(frozen=True, slots=True)
-class _Section:
+class Section:
+    """A solid of revolution: lowest and highest height, by ``bounds``, from an inner to an outer radius."""
+
     name: str
     inner: float
     outer: float
     bounds: Callable[[Array], tuple[Array, Array]]
 
 
-def find_rims(design: Design) -> Rims:
+def find_rims(design: Head) -> Rims:
     """The rims of every mirror's face and back, of the lens barrel and of the camera body."""
     points: list[tuple[float, float]] = []
     owners: list[int] = []
@@ -68,32 +83,41 @@ def find_rims(design: Design) -> Rims:
     return Rims(np.array(points), np.array(owners, dtype=np.intp), tuple(labels))
 
 
-def contact_problems(design: Design) -> list[str]:
+def contact_problems(design: Head) -> list[str]:
     """One sentence for each pair of solids that touch or penetrate each other."""
-    sections = [_substrate(mirror) for mirror in design.mirrors]
+    *sections, barrel, body = solid_sections(design)
+    pairs = [*combinations(sections, 2), *((section, solid) for section in sections for solid in (barrel, body))]
+    return [problem for pair in pairs if (problem := contact(*pair)) is not None]
+
+
+def solid_sections(design: Head) -> list[Section]:
+    """The substrate of every mirror, then the lens barrel and the camera body."""
     camera = design.camera
     seat = camera.lens_seat_mm
-    barrel = _Section(BARREL, 0.0, camera.lens_radius_mm, _between(seat, camera.lens_front_mm))
-    body = _Section(BODY, 0.0, camera.body_radius_mm, _between(-np.inf, seat))
-    pairs = [*combinations(sections, 2), *((section, solid) for section in sections for solid in (barrel, body))]
-    return [problem for pair in pairs if (problem := _contact(*pair)) is not None]
+    return [
+        *(_substrate(mirror) for mirror in design.mirrors),
+        Section(BARREL, 0.0, camera.lens_radius_mm, between(seat, camera.lens_front_mm)),
+        Section(BODY, 0.0, camera.body_radius_mm, between(-np.inf, seat)),
+    ]
 
 
-def _substrate(mirror: Mirror) -> _Section:
+def _substrate(mirror: Mirror) -> Section:
     back = mirror.back_offset_mm
 
     def bounds(radius: Array) -> tuple[Array, Array]:
         face = mirror.vertex_mm + sag(mirror, radius)
         return np.minimum(face, face + back), np.maximum(face, face + back)
 
-    return _Section(mirror.name, mirror.inner_radius_mm, mirror.outer_radius_mm, bounds)
+    return Section(mirror.name, mirror.inner_radius_mm, mirror.outer_radius_mm, bounds)
 
 
-def _between(low: float, high: float) -> Callable[[Array], tuple[Array, Array]]:
+def between(low: float, high: float) -> Callable[[Array], tuple[Array, Array]]:
+    """The bounds of a solid with flat ends."""
     return lambda radius: (np.full_like(radius, low), np.full_like(radius, high))
 
 
-def _contact(first: _Section, second: _Section) -> str | None:
+def contact(first: Section, second: Section) -> str | None:
+    """A sentence on two solids that touch or penetrate each other; None if they do not."""
     inner, outer = max(first.inner, second.inner), min(first.outer, second.outer)
     if outer - inner < -CONTACT_MM:
         return None

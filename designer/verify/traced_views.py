@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from designer.design import Design, Sense, View, Zone
+from designer.design import Design, PerView, Sense, View, Zone
 from designer.trace.aiming import widest_pinhole_angle
 from designer.trace.arrays import Array
 from designer.trace.bundles import elevation_angles, pinhole_directions
@@ -80,10 +80,11 @@ def as_traced(design: Design) -> tuple[Design, list[str]]:
     instrument = build_instrument(design)
     widest = widest_pinhole_angle(design)
     said: list[str] = []
-    upper, lower = (
-        _as_traced(view, f"views.{name}", trace_view(instrument, instrument.path(view.path), widest), said)
+    traced = {
+        name: _as_traced(view, f"views.{name}", trace_view(instrument, instrument.path(view.path), widest), said)
         for name, view in design.views.by_name.items()
-    )
+    }
+    upper, lower = traced["upper"], traced["lower"]
     if upper.viewpoint_mm < lower.viewpoint_mm:
         said.append(
             f"views.upper has its viewpoint at {upper.viewpoint_mm:.9g} mm, below that of views.lower at "
@@ -97,17 +98,19 @@ def as_traced(design: Design) -> tuple[Design, list[str]]:
         said.append(
             f"baseline_mm is recorded as {design.baseline_mm:.9g}, but the viewpoints lie {baseline:.9g} mm apart"
         )
-    reached = [_half_psi(view) for view in (upper, lower)]
-    zones: tuple[Zone, Zone]
-    zones = ("outer", "inner") if reached[0] > reached[1] else ("inner", "outer")
-    if zones != (upper.zone, lower.zone) and reached[0] != reached[1]:
+    reached = PerView(upper=_half_psi(upper), lower=_half_psi(lower))
+    zones: PerView[Zone]
+    if reached.upper > reached.lower:
+        zones = PerView(upper="outer", lower="inner")
+    else:
+        zones = PerView(upper="inner", lower="outer")
+    if zones != PerView(upper=upper.zone, lower=lower.zone) and reached.upper != reached.lower:
         said.append(
             f"zone is recorded as {upper.zone} for the upper and {lower.zone} for the lower view, but the upper one "
-            f"occupies the {zones[0]} and the lower one the {zones[1]} part of the image"
+            f"occupies the {zones.upper} and the lower one the {zones.lower} part of the image"
         )
-        upper, lower = (
-            view.model_copy(update={"zone": zone}) for view, zone in zip((upper, lower), zones, strict=True)
-        )
+        upper = upper.model_copy(update={"zone": zones.upper})
+        lower = lower.model_copy(update={"zone": zones.lower})
     views = design.views.model_copy(update={"upper": upper, "lower": lower})
     return design.model_copy(update={"views": views, "baseline_mm": baseline}) if said else design, said
 

@@ -48,7 +48,7 @@ def study_result() -> api.StudyResult:
         "configuration": HOSTILE, "status": "feasible", "depth_error_rms": 0.0123456, "limit_ratio": np.nan,
         "baseline_mm": 100.0, "height_mm": 120.0, "diameter_mm": 60.0, "largest_blur_px": 4.0, "reason": "not shown",
     }  # fmt: skip
-    return api.StudyResult(requirement, pd.DataFrame([row] * 44), {}, pd.DataFrame())
+    return api.StudyResult(requirement, pd.DataFrame([row] * 44), {}, pd.DataFrame(), pd.DataFrame())
 
 
 def sweep_result() -> api.SweepResult:

@@ -9,7 +9,7 @@ from designer.as_built.model import measure, perturbable
 from designer.as_built.sensitivity import sensitivities
 from designer.as_built.study import study_tolerances
 from designer.as_built.tolerances import Tolerances, tolerance_values, tolerances_of_grade
-from designer.cli.tolerance import describe
+from designer.cli.tolerance import describe_tolerances
 from designer.design import Sharpness
 from designer.verify.light import view_light
 from designer.verify.light_verdict import light_problems
@@ -81,9 +81,9 @@ def test_blurred_sensors_are_not_good_and_are_counted():
     assert result.blurred > 150
     assert result.passed == 200 - result.blurred
     assert result.first_order == result.value
-    assert f"{result.blurred} of them blur by more than 0.5 deg somewhere" in "\n".join(describe(study))
+    assert f"{result.blurred} of them blur by more than 0.5 deg somewhere" in "\n".join(describe_tolerances(study))
     # The same sensors, where nobody asked for sharpness.
     unasked = study_tolerances(design.model_copy(update={"sharpness": None}), tolerances, 200)
     assert unasked.trials.result.blurred is None
     assert unasked.trials.result.value == 1.0
-    assert "blur is not judged: the design has no limits of it" in "\n".join(describe(unasked))
+    assert "blur is not judged: the design has no limits of it" in "\n".join(describe_tolerances(unasked))

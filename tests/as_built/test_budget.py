@@ -12,7 +12,13 @@ from designer.as_built.budget import CLASSES, allocate, tolerances_of
 from designer.as_built.model import perturbable
 from designer.as_built.sensitivity import sensitivities
 from designer.as_built.study import budget_csv, study_tolerances
-from designer.as_built.tolerances import Tolerances, read_tolerances, tolerance_values, tolerances_to_toml, value_of
+from designer.as_built.tolerances import (
+    Tolerances,
+    read_tolerances,
+    tolerance_of_grade,
+    tolerance_values,
+    tolerances_to_toml,
+)
 from designer.as_built.yields import simulate
 from designer.files import InputError
 from support.studied_designs import sharp_design
@@ -32,14 +38,14 @@ def all_but_some_given() -> Tolerances:
     """Precise tolerances of all but the open ones, and costs that make no two choices equal."""
     mirrors = {
         name: {
-            key: value_of("precision", name, key)
+            key: tolerance_of_grade("precision", name, key)
             for key in ("decentre_mm", "tilt_deg", "axial_shift_mm", "radius_percent", "conic")
             if (name, key) not in OPEN
         }
         for name in ("primary", "secondary", "direct")
     }
     camera = {
-        key: value_of("precision", "camera", key)
+        key: tolerance_of_grade("precision", "camera", key)
         for key in ("shift_mm", "tilt_deg", "axial_shift_mm", "radial_distortion")
     }
     cost = {
@@ -65,7 +71,7 @@ def test_no_choice_of_classes_is_cheaper(asked: float) -> None:
         chosen, cost = tolerances.model_dump(exclude_none=True), 0.0
         for (part, key), grade in zip(OPEN, classes, strict=True):
             table = chosen["camera"] if part == "camera" else chosen["mirror"][part]
-            table[key] = value_of(grade, part, key)
+            table[key] = tolerance_of_grade(grade, part, key)
             cost += getattr(tolerances.cost.of[key], grade)
         if cost < cheapest:
             sizes = tolerance_values(DESIGN, model.parameters, Tolerances.model_validate(chosen))

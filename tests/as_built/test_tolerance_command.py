@@ -11,7 +11,7 @@ from designer import api
 from designer.as_built.study import study_tolerances
 from designer.as_built.tolerances import CameraTolerances, MirrorTolerances, Tolerances, tolerances_of_grade
 from designer.cli import cli
-from designer.cli.tolerance import describe
+from designer.cli.tolerance import describe_tolerances
 from designer.design import Design, Sharpness, write_design
 from designer.files import InputError
 from designer.verify.judge import judge
@@ -121,7 +121,7 @@ def test_what_has_no_tolerance_may_depart_by_anything_only_if_it_does_nothing():
 @pytest.mark.parametrize("uncertainty", [0.0, 2e-4])
 def test_the_depth_error_is_said_to_count_the_scale_where_it_does(uncertainty):
     design = sharp_design(SHARP_NAMES[13]).model_copy(update={"scale_uncertainty": uncertainty})
-    first = describe(study_tolerances(design, tight(), 10))[0]
+    first = describe_tolerances(study_tolerances(design, tight(), 10))[0]
     assert first.endswith(" % as designed (noise and scale)" if uncertainty else " % as designed (noise)")
 
 
@@ -132,11 +132,15 @@ def test_few_good_sensors_bring_a_hint():
     for grade in ("coarse", "standard"):
         study = study_tolerances(design, tolerances_of_grade(grade), 200)
         assert study.trials.result.value < 0.1
-        said[grade] = "\n".join(describe(study))
+        said[grade] = "\n".join(describe_tolerances(study))
     assert f"  few are good: try --grade standard, and --align {names}, if assembly" in said["coarse"]
     assert "  few are good: try --grade precision, and --align" in said["standard"]
-    aligned = "\n".join(describe(study_tolerances(design, tolerances_of_grade("coarse"), 200, align="secondary")))
+    aligned = "\n".join(
+        describe_tolerances(study_tolerances(design, tolerances_of_grade("coarse"), 200, align="secondary"))
+    )
     assert "try --grade standard\n" in aligned
-    own = "\n".join(describe(study_tolerances(design, Tolerances(mirrors=MirrorTolerances(tilt_deg=1.0)), 50)))
+    own = "\n".join(
+        describe_tolerances(study_tolerances(design, Tolerances(mirrors=MirrorTolerances(tilt_deg=1.0)), 50))
+    )
     assert 'try grade = "precision" or tighter tolerances of your own, and --align' in own
-    assert "few are good" not in "\n".join(describe(study_tolerances(design, tight(), 200)))
+    assert "few are good" not in "\n".join(describe_tolerances(study_tolerances(design, tight(), 200)))

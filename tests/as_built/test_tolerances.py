@@ -16,7 +16,7 @@ from designer.as_built.parameters import values_of
 from designer.as_built.projection import project
 from designer.as_built.sensitivity import sensitivities
 from designer.as_built.tolerances import GRADES, read_tolerances, tolerance_values, tolerances_of_grade
-from designer.as_built.yields import clopper_pearson, draw, simulate
+from designer.as_built.yields import clopper_pearson, draw_departures, simulate
 from designer.cli import cli
 from designer.design import Design, read_design, write_design
 from designer.files import InputError
@@ -73,8 +73,8 @@ def test_a_radius_of_a_plane_is_refused(tmp_path):
 
 def test_draws_are_cut_off_gaussians_and_do_not_depend_on_how_many_follow():
     tolerances = np.array([0.1, 0.0, 2.0])
-    values = draw(tolerances, 200_000, 3)
-    np.testing.assert_array_equal(values[:50], draw(tolerances, 50, 3))
+    values = draw_departures(tolerances, 200_000, 3)
+    np.testing.assert_array_equal(values[:50], draw_departures(tolerances, 50, 3))
     assert np.all(np.abs(values) <= tolerances)
     # The variance of a unit Gaussian cut off at 2, 1 - 2 * 2 phi(2) / (2 Phi(2) - 1), is 0.7737: published tables.
     np.testing.assert_allclose(values.std(axis=0), tolerances / 2.0 * np.sqrt(0.77374), rtol=5e-3)

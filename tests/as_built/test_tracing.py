@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from designer.as_built.merits import grid_of
-from designer.as_built.parameters import parameters_of, record_of, systems_of, values_of
+from designer.as_built.parameters import as_built_record, parameters_of, systems_of, values_of
 from designer.as_built.projection import project
-from designer.as_built.tracing import follow, leave_camera
+from designer.as_built.tracing import follow_rays, leave_camera
 from designer.design import VIEW_NAMES
 from designer.trace.built import build_as_built
 from designer.trace.bundles import pinhole_directions
@@ -26,7 +26,7 @@ def test_without_departures_rays_are_those_of_the_tracer(name: str):
     grid = grid_of(design)
     for view in VIEW_NAMES:
         slopes = grid.targets[view].slopes
-        point, ahead = follow(
+        point, ahead = follow_rays(
             systems.along(getattr(design.views, view).path), *leave_camera(systems.camera, tuple(slopes), (0.0, 0.0))
         )
         directions = pinhole_directions(np.arctan(np.hypot(*slopes)), np.arctan2(slopes[1], slopes[0]))
@@ -42,9 +42,9 @@ def test_a_departed_system_images_points_where_the_tracer_sees_them(name: str):
     """The other way round: from the pixel that was found through the posed instrument, out to the point."""
     design = sharp_design(name)
     values = random_departures(design, 1)
-    built = build_as_built(design.model_copy(update={"as_built": record_of(design, values[0])}))
-    np.testing.assert_array_equal(values_of(design, record_of(design, values[0])), values[0])
-    camera, departed = design.camera, record_of(design, values[0]).camera
+    built = build_as_built(design.model_copy(update={"as_built": as_built_record(design, values[0])}))
+    np.testing.assert_array_equal(values_of(design, as_built_record(design, values[0])), values[0])
+    camera, departed = design.camera, as_built_record(design, values[0]).camera
     grid = grid_of(design)
     for view in VIEW_NAMES:
         projection = project(design, view, grid.targets[view], values)

@@ -7,7 +7,7 @@ import pytest
 
 from designer.as_built.merits import first_order_errors, grid_of, ideal_px
 from designer.as_built.model import measure, perturbable
-from designer.as_built.parameters import parameters_of, record_of
+from designer.as_built.parameters import as_built_record, parameters_of
 from designer.as_built.projection import linearise, project, targets_of
 from designer.design import VIEW_NAMES
 from designer.evaluate.depth import depth_shift_per_scale, stereo_pair_of
@@ -31,11 +31,12 @@ def test_images_are_where_the_renderer_has_them(law):
         plain = project(design, view, grid.targets[view], np.zeros_like(values)).pixels[:, 0]
         np.testing.assert_allclose(plain, ideal_px(design, grid.targets[view]), atol=1e-8)
         np.testing.assert_allclose(plain.T + centre, project_points(design, view, grid.points_mm), atol=1e-5)
-        sensor = sensor_of(design.model_copy(update={"as_built": record_of(design, values[0])}))
+        sensor = sensor_of(design.model_copy(update={"as_built": as_built_record(design, values[0])}))
         u, v = project(design, view, grid.targets[view], values).pixels[:, 0] + centre[:, None]
         path = sensor.instrument.path(getattr(design.views, view).path)
         trace = trace_sequential(sensor.instrument, path, sensor.directions(u, v, None, None), apertures=False)
-        start, ahead = sensor.in_world(trace.point, trace.direction)
+        left = sensor.leaving(trace.point, trace.direction)
+        start, ahead = left.point, left.direction
         missed = np.linalg.norm(np.cross(grid.points_mm - start, ahead), axis=1)
         assert np.max(missed / np.linalg.norm(grid.points_mm - start, axis=1)) < 1e-9
 

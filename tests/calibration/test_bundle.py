@@ -8,7 +8,7 @@ from scipy.stats import chi2
 
 from designer.as_built.parameters import CAMERA, parameters_of
 from designer.as_built.tolerances import tolerance_values, tolerances_of_grade
-from designer.as_built.yields import draw
+from designer.as_built.yields import draw_departures
 from designer.calibration.bundle import Adjusted, BundleProblem, Sighting, adjust
 from designer.calibration.findings import (
     depth_slopes,
@@ -34,7 +34,7 @@ def trial(design: Design, seed: int, poses: int = 12) -> tuple[np.ndarray, list[
     """A sensor of coarse parts in the frame of its own camera, and noisy sightings of targets around it."""
     random = np.random.default_rng(seed)
     grade = tolerances_of_grade("coarse")
-    departures = draw(tolerance_values(design, parameters_of(design), grade), 1, seed)[0]
+    departures = draw_departures(tolerance_values(design, parameters_of(design), grade), 1, seed)[0]
     values = np.append(departures, 10.0 * random.standard_normal(2))
     near = 0.5 * design.working_volume.distance_mm[0]
     around = poses_around(design, poses, near, seed)

@@ -12,9 +12,9 @@ import pytest
 from designer import api
 from designer.as_built.parameters import parameters_of
 from designer.as_built.tolerances import tolerance_values, tolerances_of_grade
-from designer.as_built.yields import draw
+from designer.as_built.yields import draw_departures
 from designer.calibration.calibrate import calibrate
-from designer.calibration.corners import refine
+from designer.calibration.corners import refine_corners
 from designer.calibration.detection import detect
 from designer.calibration.first_guess import first_pose
 from designer.calibration.images import pixels_of
@@ -102,7 +102,7 @@ def test_a_targets_file_is_read_as_it_was_written(tmp_path):
 def test_corners_are_found_in_both_views_to_a_fiftieth_of_a_pixel():
     """In a drawn image of a sensor that is not as designed, by the design's tables and a pose guessed from them."""
     grade = tolerances_of_grade("standard")
-    departures = draw(tolerance_values(DESIGN, parameters_of(DESIGN), grade), 1, 2)[0]
+    departures = draw_departures(tolerance_values(DESIGN, parameters_of(DESIGN), grade), 1, 2)[0]
     values = np.append(departures, [4.0, -3.0])
     pose = facing_pose(TARGET.size_mm, 25.0, 360.0, DESIGN.views.middle_mm, (15.0, -20.0, 10.0))
     raw, board = drawn_image(DESIGN, values, TARGET, pose), board_of(TARGET)
@@ -112,7 +112,7 @@ def test_corners_are_found_in_both_views_to_a_fiftieth_of_a_pixel():
     assert missed_px < 20.0
     assert np.linalg.norm(guess.place_mm - pose.place_mm) < 20.0
     for view, detected in found.items():
-        better = refine(DESIGN, view, raw, TARGET, board, detected, guess, np.zeros(PARAMETERS))
+        better = refine_corners(DESIGN, view, raw, TARGET, board, detected, guess, np.zeros(PARAMETERS))
         assert len(better.numbers) > 0.8 * len(detected.numbers)
         true = pixels_of(DESIGN, view, pose.points(board.corners_mm[better.numbers]), values)
         off = better.pixels - true
@@ -124,7 +124,7 @@ def test_corners_are_found_in_both_views_to_a_fiftieth_of_a_pixel():
 @pytest.mark.slow
 def test_a_sensor_is_found_from_drawn_images():
     grade = tolerances_of_grade("coarse")
-    departures = draw(tolerance_values(DESIGN, parameters_of(DESIGN), grade), 1, 6)[0]
+    departures = draw_departures(tolerance_values(DESIGN, parameters_of(DESIGN), grade), 1, 6)[0]
     values = np.append(departures, [4.0, -3.0])
     random = np.random.default_rng(1)
     raws = [

@@ -21,6 +21,7 @@ FILES = {
     "stl": {"secondary.stl", "primary.stl", "direct.stl"},
     "step": {"secondary.step", "primary.step", "direct.step", "assembly.step"},
     "drawing": {"secondary.pdf", "primary.pdf", "direct.pdf", "assembly.pdf"},
+    "drawing-dxf": {"secondary.dxf", "primary.dxf", "direct.dxf", "assembly.dxf"},
 }
 
 UNITS = {".step": b"SI_UNIT(.MILLI.,.METRE.)", ".pdf": b""}

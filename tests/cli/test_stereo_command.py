@@ -93,7 +93,7 @@ def test_the_centre_can_be_found(captured, tmp_path):
 
 
 def test_two_centres_are_found_written_and_read_again(captured, tmp_path):
-    apart = ViewPlacements(ImagePlacement((402.6, 297.2)), ImagePlacement((400.0, 300.5)))
+    apart = ViewPlacements(upper=ImagePlacement((402.6, 297.2)), lower=ImagePlacement((400.0, 300.5)))
     texture = Waves(finest_deg=1.6, coarsest_deg=24.0, count=60)
     raw = raw_image(coarse_prototype(), eccentric_wall(1700.0, 0.6), texture, apart, noise=2.0)
     cv2.imwrite(str(tmp_path / "raw.png"), raw)

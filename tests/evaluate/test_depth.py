@@ -62,7 +62,7 @@ def random_requirements(count: int):
             generator.uniform(0.1, 1)
             * image_half_tangent(2.64, principal_distance)
             / max(half_angle_tangent(end, sense) for end in ends)
-            for sense, ends in zip(senses, ranges, strict=True)
+            for sense, ends in zip(senses, (ranges.upper, ranges.lower), strict=True)
         ]
         pair = StereoPair(gains[1], senses[1], gains[0], senses[0], baseline, principal_distance)
         yield pair, Volume((low, high), distances)
@@ -143,8 +143,11 @@ def test_covariance_against_noisy_image_points(pair: StereoPair, elevation_deg: 
     generator = np.random.default_rng(7)
     slope = np.tan(np.radians(elevation_deg))
     measured_slopes, unit_vectors, weights = [], [], []
-    views = ((pair.gain_lower, pair.sense_lower), (pair.gain_upper, pair.sense_upper))
-    for (gain, sense), true_slope in zip(views, slopes_of_point(slope, distance, pair.baseline), strict=True):
+    seen_at = slopes_of_point(slope, distance, pair.baseline)
+    for gain, sense, true_slope in (
+        (pair.gain_lower, pair.sense_lower, seen_at.lower),
+        (pair.gain_upper, pair.sense_upper, seen_at.upper),
+    ):
         radius = image_radius(true_slope, gain, pair.principal_distance, sense)
         point = np.stack([radius + noise * generator.normal(size=count), noise * generator.normal(size=count)])
         seen = np.hypot(*point)
@@ -167,23 +170,22 @@ def test_covariance_against_noisy_image_points(pair: StereoPair, elevation_deg: 
 def test_disparity_step_is_one_pixel(pair: StereoPair):
     pitch = 0.0044
     elevation_slope, distance = 0.2, np.array([400.0, 800.0, 1500.0])
-    lower, upper = slopes_of_point(elevation_slope, distance, pair.baseline)
-    step_lower, step_upper = disparity_steps(pair, elevation_slope, distance, pitch)
-    assert np.all(step_lower > 0)
-    assert np.all(step_upper > 0)
-    moved_lower = upper + pair.baseline / (distance + step_lower)
-    moved_upper = lower - pair.baseline / (distance + step_upper)
+    slopes = slopes_of_point(elevation_slope, distance, pair.baseline)
+    step = disparity_steps(pair, elevation_slope, distance, pitch)
+    assert np.all(step.lower > 0)
+    assert np.all(step.upper > 0)
+    moved_lower = slopes.upper + pair.baseline / (distance + step.lower)
+    moved_upper = slopes.lower - pair.baseline / (distance + step.upper)
     for slope, moved, gain, sense in (
-        (lower, moved_lower, pair.gain_lower, pair.sense_lower),
-        (upper, moved_upper, pair.gain_upper, pair.sense_upper),
+        (slopes.lower, moved_lower, pair.gain_lower, pair.sense_lower),
+        (slopes.upper, moved_upper, pair.gain_upper, pair.sense_upper),
     ):
         radii = [image_radius(value, gain, pair.principal_distance, sense) for value in (slope, moved)]
         assert np.abs(radii[1] - radii[0]) == pytest.approx(pitch, rel=1e-9)
 
 
 def test_disparity_step_is_infinite_beyond_the_last_disparity():
-    step, _ = disparity_steps(ROBOT, 0.0, 1e6, 0.0044)
-    assert np.isinf(step)
+    assert np.isinf(disparity_steps(ROBOT, 0.0, 1e6, 0.0044).lower)
 
 
 @given(st.floats(0, 1), st.floats(0, 1), st.sampled_from(PAIRS))

@@ -51,11 +51,11 @@ volumes = st.builds(
 def zones(arrangement, volume, gains, baseline, principal_distance):
     """Image radii (inner, outer) of the outer view and of the inner view, from the gain law alone."""
     slopes = tuple(np.tan(end) for end in volume.elevations)
-    upper_range, lower_range = elevation_tangents_of_views(slopes, volume.distances, baseline)
+    ranges = elevation_tangents_of_views(slopes, volume.distances, baseline)
     radii = {}
     for name, ends, gain, sense in (
-        ("lower", lower_range, gains[0], arrangement.sense_lower),
-        ("upper", upper_range, gains[1], arrangement.sense_upper),
+        ("lower", ranges.lower, gains[0], arrangement.sense_lower),
+        ("upper", ranges.upper, gains[1], arrangement.sense_upper),
     ):
         # Every direction in between too, so that nothing hangs on which end is the outer one.
         inside = np.linspace(*ends, 9)
@@ -83,7 +83,8 @@ def score(arrangement, volume, gains, baseline, principal_distance):
 )
 def test_limit_is_attained_and_never_beaten(arrangement, volume, baseline, principal_distance, gap, shares, signs):
     bounds = ImageBounds(2.64, gap)
-    best = limit_gains(arrangement, volume, baseline, principal_distance, bounds)
+    largest = limit_gains(arrangement, volume, baseline, principal_distance, bounds)
+    best = largest.lower, largest.upper
     assume(min(best) > 0)
     limit = depth_error_limit(arrangement, volume, baseline, principal_distance, bounds, NOISE_MM)
     outer, inner = zones(arrangement, volume, best, baseline, principal_distance)
@@ -124,10 +125,13 @@ def test_least_limit_is_below_every_other():
             least = least_limit_over(arrangement, volume, baselines, principal_distances, bounds, NOISE_MM)
             baseline, focal = (generator.uniform(*ends, 5000) for ends in (baselines, principal_distances))
             gains = limit_gains(arrangement, volume, baseline, focal, bounds)
-            limits = depth_error_limit(arrangement, volume, baseline, focal, bounds, NOISE_MM)[np.minimum(*gains) > 0]
+            has_room = np.minimum(gains.lower, gains.upper) > 0
+            limits = depth_error_limit(arrangement, volume, baseline, focal, bounds, NOISE_MM)[has_room]
             assert least.depth_error_rms <= limits.min()
             assert least.depth_error_rms == pytest.approx(limits.min(), rel=0.02)
-            here = depth_error_limit(arrangement, volume, least.baseline, least.principal_distance, bounds, NOISE_MM)
+            here = depth_error_limit(
+                arrangement, volume, least.baseline_mm, least.principal_distance_mm, bounds, NOISE_MM
+            )
             assert here == pytest.approx(least.depth_error_rms, rel=1e-12)
 
 
@@ -142,8 +146,8 @@ def test_without_an_envelope_there_is_a_best_baseline():
     """A longer baseline gains parallax but widens the range of elevations that each view has to hold."""
     arrangement, bounds = arrangement_of("folded", "upper_outer"), ImageBounds(2.64)
     least = least_limit_over(arrangement, ROBOT, (20.0, 8000.0), (12.0, 12.0), bounds, NOISE_MM)
-    assert 3000 < least.baseline < 3500
-    beside = least.baseline * np.array([0.97, 1.03])
+    assert 3000 < least.baseline_mm < 3500
+    beside = least.baseline_mm * np.array([0.97, 1.03])
     assert np.all(depth_error_limit(arrangement, ROBOT, beside, 12.0, bounds, NOISE_MM) > least.depth_error_rms)
 
 

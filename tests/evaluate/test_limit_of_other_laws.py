@@ -32,8 +32,8 @@ def zones(arrangement: Arrangement, gains: tuple, baseline: float, focal: float,
     ranges = elevation_tangents_of_views(tangents, VOLUME.distances, baseline)
     found = {}
     for name, gain, sense, slopes in (
-        ("lower", gains[0], arrangement.sense_lower, ranges[1]),
-        ("upper", gains[1], arrangement.sense_upper, ranges[0]),
+        ("lower", gains[0], arrangement.sense_lower, ranges.lower),
+        ("upper", gains[1], arrangement.sense_upper, ranges.upper),
     ):
         radii = np.abs([image_radius(slope, gain, focal, sense, law) for slope in np.linspace(*slopes, 7)])
         found[name] = radii.min(axis=0), radii.max(axis=0)
@@ -53,7 +53,8 @@ def test_no_smaller_gains_beat_the_limit(law, arrangement, baseline, share, gap,
     # A lens so short that the image circle reaches that share of the law's whole field.
     focal = 2.64 / float(law.ratio(np.tan(share * law.widest / 2.0)))
     bounds = ImageBounds(2.64, gap, law)
-    best = limit_gains(arrangement, VOLUME, baseline, focal, bounds)
+    largest = limit_gains(arrangement, VOLUME, baseline, focal, bounds)
+    best = largest.lower, largest.upper
     assume(min(best) > 1e-4)
     outer, inner = arrangement.outer_view, "lower" if arrangement.outer_view == "upper" else "upper"
     found = zones(arrangement, best, baseline, focal, law)
@@ -73,7 +74,7 @@ def test_the_limit_of_noise_is_reached_where_larger_angles_are_the_better(law):
     for arrangement in ARRANGEMENTS:
         bounds = ImageBounds(2.64, 0.02, law)
         gains = limit_gains(arrangement, VOLUME, 80.0, focal, bounds)
-        pair = StereoPair(gains[0], arrangement.sense_lower, gains[1], arrangement.sense_upper, 80.0, focal, law)
+        pair = StereoPair(gains.lower, arrangement.sense_lower, gains.upper, arrangement.sense_upper, 80.0, focal, law)
         limit = depth_error_limit(arrangement, VOLUME, 80.0, focal, bounds, NOISE_MM)
         assert depth_error_rms(pair, VOLUME, NOISE_MM) == pytest.approx(limit, rel=1e-12)
 
@@ -87,7 +88,7 @@ def test_an_equisolid_lens_is_not_at_its_best_at_the_rim():
     gains = limit_gains(arrangement, narrow, 60.0, focal, bounds)
 
     def score(share):
-        pair = StereoPair(share * gains[0], "direct", share * gains[1], "direct", 60.0, focal, law)
+        pair = StereoPair(share * gains.lower, "direct", share * gains.upper, "direct", 60.0, focal, law)
         return depth_error_rms(pair, narrow, NOISE_MM)
 
     limit = depth_error_limit(arrangement, narrow, 60.0, focal, bounds, NOISE_MM)
@@ -102,7 +103,7 @@ def test_the_least_limit_of_another_law_is_below_every_other():
     baselines, focals = random.uniform(40.0, 200.0, 2000), random.uniform(3.0, 8.0, 2000)
     gains = limit_gains(ARRANGEMENTS[3], VOLUME, baselines, focals, bounds)
     limits = depth_error_limit(ARRANGEMENTS[3], VOLUME, baselines, focals, bounds, NOISE_MM, 2e-4)
-    limits = limits[np.minimum(*gains) > 0]
+    limits = limits[np.minimum(gains.lower, gains.upper) > 0]
     assert least.depth_error_rms <= limits.min() * (1.0 + 1e-12)
     assert least.depth_error_rms == pytest.approx(limits.min(), rel=0.02)
 

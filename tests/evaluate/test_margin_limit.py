@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from designer.design import VIEW_NAMES, PerView
 from designer.evaluate.depth import Volume
 from designer.evaluate.limit import ImageBounds, arrangement_of, limit_gains
 from designer.evaluate.margin_limit import FirstMirrors, MirrorBounds, margin_gains
@@ -35,9 +36,8 @@ ARRANGEMENTS = [(family, topology) for family in ("direct", "folded") for topolo
 def test_without_margins_and_envelope_it_is_the_limit(family, topology, law):
     arrangement = arrangement_of(family, topology)
     at = (VOLUME, 100.0, 13.0, replace(IMAGE, law=law))
-    assert margin_gains(arrangement, MIRRORS[family], *at, NO_MARGINS) == pytest.approx(
-        limit_gains(arrangement, *at), rel=1e-9
-    )
+    bound, limit = margin_gains(arrangement, MIRRORS[family], *at, NO_MARGINS), limit_gains(arrangement, *at)
+    assert (bound.lower, bound.upper) == pytest.approx((limit.lower, limit.upper), rel=1e-9)
 
 
 @pytest.mark.parametrize(("family", "topology"), ARRANGEMENTS)
@@ -49,7 +49,7 @@ def test_without_margins_and_envelope_it_is_the_limit(family, topology, law):
         {"highest": 137.0},
         {"barrel": 0.15},
         {"upper_viewpoint": 120.0},
-        {"gains": (0.03, 0.03)},
+        {"gains": PerView(lower=0.03, upper=0.03)},
     ],
     ids=lambda change: next(iter(change)),
 )
@@ -58,9 +58,10 @@ def test_what_takes_up_room_takes_gain(family, topology, tighter):
     at = (VOLUME, 100.0, 13.0, IMAGE)
     loose = margin_gains(arrangement, MIRRORS[family], *at, MARGINS)
     tight = margin_gains(arrangement, MIRRORS[family], *at, replace(MARGINS, **tighter))
-    assert min(loose) > 0.0
-    assert max(np.divide(tight, loose)) <= 1.0
-    assert min(np.divide(tight, loose)) < 0.999
+    assert min(loose.lower, loose.upper) > 0.0
+    shares = tight.lower / loose.lower, tight.upper / loose.upper
+    assert max(shares) <= 1.0
+    assert min(shares) < 0.999
 
 
 def designs_near_the_limit(requirement: Requirement, name: str, count: int):
@@ -76,20 +77,17 @@ def designs_near_the_limit(requirement: Requirement, name: str, count: int):
     values |= {key: np.full(count, value) for key, value in fixed.items()}
     values["principal_distance"] = values["focal_length"] / (1.0 - values["focal_length"] / 150.0)
     image = ImageBounds(specification.image_radius, specification.zone_gap, specification.law)
-    volume = Volume(
-        (specification.elevation_low, specification.elevation_high),
-        (specification.distance_near, specification.distance_far),
-    )
+    volume = Volume(specification.elevations, specification.distances)
     arrangement = arrangement_of(configuration.family, configuration.topology)
     largest = limit_gains(arrangement, volume, fixed["baseline"], float(values["principal_distance"][0]), image)
     outer_share, inner_share = 1.0 - 0.02 * random.uniform(size=count) ** 2, random.uniform(0.88, 1.0, count)
-    for view, most in zip(("lower", "upper"), largest, strict=True):
+    for view in VIEW_NAMES:
         share = outer_share if view == arrangement.outer_view else inner_share
-        values[f"{view}_gain"] = problem.variant.gain_sign(view) * most * share
+        values[f"{view}_gain"] = problem.variant.gain_sign(view) * largest[view] * share
     # Mirrors as high up as they go, where edges cost least.
-    highest = specification.envelope_height - fixed["baseline"]
+    highest = specification.asked.envelope.height_mm - fixed["baseline"]
     values["lower_viewpoint"] = highest * random.uniform(0.5 if configuration.family == "direct" else 0.0, 1.1, count)
-    values["secondary_height"] = specification.envelope_height * random.uniform(0.6, 1.05, count)
+    values["secondary_height"] = specification.asked.envelope.height_mm * random.uniform(0.6, 1.05, count)
     with np.errstate(all="ignore"):
         values, system = problem.enclosed(values)
         evaluation = evaluate(problem, system)
@@ -127,9 +125,10 @@ CASES = [
 def test_designs_near_the_limit_stay_below_it_and_reach_it(requirement, name, reached):
     problem, values, gains, keeps = designs_near_the_limit(shipped_requirement(requirement), name, 3_000)
     setting = LensSetting(float(values["principal_distance"][0]), float(values["focal_length"][0]) / 11.0, 1.0 / 150.0)
-    bound = margin_gains_of(problem, float(values["baseline"][0]), setting)
+    bounds = margin_gains_of(problem, float(values["baseline"][0]), setting)
+    bound = np.array([bounds.lower, bounds.upper])
     assert keeps.sum() >= 20
-    assert (gains[keeps] <= np.array(bound) * (1.0 + 1e-9)).all()
+    assert (gains[keeps] <= bound * (1.0 + 1e-9)).all()
     inner = "lower" if problem.variant.configuration.topology == "upper_outer" else "upper"
     column = 0 if inner == "lower" else 1
     assert gains[keeps][:, column].max() / bound[column] >= reached

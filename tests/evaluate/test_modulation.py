@@ -13,7 +13,7 @@ from designer.evaluate.modulation import (
     modulation_of_design,
     pixel_transfer,
 )
-from designer.evaluate.noise import Matching
+from designer.evaluate.noise import MatcherPerformance
 from designer.evaluate.resolution import angular_resolution_px_per_deg
 from designer.evaluate.through_focus import (
     blur_limit_deg,
@@ -22,10 +22,10 @@ from designer.evaluate.through_focus import (
     sharp_range,
     sharpest_focus,
 )
-from designer.optics.focus import Lens, lens_of_camera
+from designer.optics.focus import FocusedLens, lens_of_camera
 from support.studied_designs import NAMES, studied_design
 
-LENS = Lens(13.0, 5.6, 1.0 / 145.0)
+LENS = FocusedLens(13.0, 5.6, 1.0 / 145.0)
 
 
 def test_a_wide_blur_transfers_what_the_fourier_transform_of_its_disc_says():
@@ -77,7 +77,7 @@ def test_modulation_is_that_of_a_pattern_as_the_matcher_sees_it():
     """At one elevation of one view, from the blur, the resolution and the window alone."""
     design = studied_design(NAMES[0])
     pitch, focus = design.camera.pixel_pitch_mm, focus_of_design(design, 3)
-    found = modulation_of_design(design, Matching(window=9, columns=1800), elevations=3)["upper"]
+    found = modulation_of_design(design, MatcherPerformance(window=9, columns=1800), elevations=3)["upper"]
     pixels_per_degree = float(angular_resolution_px_per_deg(design, "upper", found.elevations_deg[1]))
     blur = focus.upper.blur_px[1, 1] * pitch
     for period_deg, modulation in ((1.8, found.of_window[1, 1]), (0.4, found.of_rows[1, 1])):

@@ -9,14 +9,15 @@ from scipy.integrate import quad
 from scipy.ndimage import gaussian_filter, uniform_filter
 from scipy.special import dawsn, j1
 
+from designer.design import PerView
 from designer.evaluate import noise
 from designer.evaluate.depth import slope_error
 from designer.evaluate.noise import (
-    MATCHING,
-    Exposure,
+    MATCHER_PERFORMANCE,
+    CameraSetting,
+    CollectedLight,
     ImagePoint,
-    Light,
-    Texture,
+    TextureSpectrum,
     blur_variance,
     equalising_sigma_px,
     matching_noise,
@@ -29,14 +30,16 @@ from designer.optics.view import image_radius, image_radius_slope
 
 DISTANCE = 2000.0
 TEXTURE = rich_texture(5000.0)
-LIGHT = Light(10_000.0, 5.6, 8.0)
-EXPOSURE = Exposure(pixel_pitch=0.0088, f_number=5.6)
+LIGHT = CollectedLight(10_000.0, 5.6, 8.0)
+EXPOSURE = CameraSetting(pixel_pitch=0.0088, f_number=5.6)
 UPPER = ImagePoint(slope=-0.05, radius=2.0, radius_slope=-2.4, defocus=0.02)
 LOWER = ImagePoint(slope=0.0, radius=1.2, radius_slope=1.5, defocus=0.01)
 
 
 def noise_of(upper=UPPER, lower=LOWER, light=LIGHT, exposure=EXPOSURE, texture=TEXTURE, distance=DISTANCE):
-    return matching_noise(upper, lower, distance, texture, light, exposure, MATCHING["sad"])
+    points = PerView(upper=upper, lower=lower)
+    found = matching_noise(points, distance, texture, light, exposure, MATCHER_PERFORMANCE["sad"])
+    return found.upper, found.lower
 
 
 @pytest.mark.parametrize(("along", "across"), [(5.0, 5.0), (12.0, 12.0), (40.0, 40.0), (10.0, 30.0), (30.0, 10.0)])
@@ -59,7 +62,7 @@ def test_tanh_leaves_the_stated_share_of_the_slope() -> None:
 
 
 def test_a_scale_free_texture_loses_gradient_as_the_square_of_the_blur() -> None:
-    texture = Texture(0.1, 1e-6, 1e9)
+    texture = TextureSpectrum(0.1, 1e-6, 1e9)
     power = 0.1**2 / np.log(2.0)
     for along, across in ((1.0, 1.0), (2.0, 5.0)):
         expected = power / (2.0 * along * (along + across))
@@ -78,14 +81,14 @@ def test_a_disc_and_a_perfect_lens_leave_what_their_gaussians_leave() -> None:
 
     diameter = 3.0
     disc = energy(lambda q: 2.0 * j1(q * diameter / 2.0) / (q * diameter / 2.0) if q else 1.0, 2000.0)
-    variance = blur_variance(Exposure(0.0, 1.0), diameter)
+    variance = blur_variance(CameraSetting(0.0, 1.0), diameter)
     assert disc == pytest.approx(1.0 / (2.0 * variance), rel=2e-3)
     wavelength, f_number = 0.00055, 8.0
     cut_off = 2.0 * np.pi / (wavelength * f_number)
     lens = energy(
         lambda q: 2.0 / np.pi * (np.arccos(q / cut_off) - q / cut_off * np.sqrt(1 - (q / cut_off) ** 2)), cut_off
     )
-    variance = blur_variance(Exposure(0.0, f_number, wavelength=wavelength), 0.0)
+    variance = blur_variance(CameraSetting(0.0, f_number, wavelength=wavelength), 0.0)
     assert lens == pytest.approx(1.0 / (2.0 * variance), rel=2e-3)
 
 
@@ -110,7 +113,7 @@ def test_least_squares_reaches_the_bound_of_cramer_and_rao(blur: float) -> None:
         gradient**2, window, mode="wrap"
     )
     # A unit of this field has C^2 = 1: contrast per octave sqrt(log 2).
-    texture = Texture(np.sqrt(np.log(2.0)), 1e-6, 100.0)
+    texture = TextureSpectrum(np.sqrt(np.log(2.0)), 1e-6, 100.0)
     bound = np.sqrt(2.0 * sigma**2 / (window**2 * texture_gradient_energy(texture, blur, blur)))
     assert np.std(mean[::7, ::7]) == pytest.approx(bound, rel=0.15)
 
@@ -135,7 +138,7 @@ def test_aliasing_disturbs_as_much_as_pixels_that_fold(blur_px: float) -> None:
     gradient = (np.roll(upper + lower, -1, 1) - np.roll(upper + lower, 1, 1)) / 4.0
     found = uniform_filter(gradient * (lower - upper), 9, mode="wrap") / uniform_filter(gradient**2, 9, mode="wrap")
     error_px = 1.4826 * np.median(np.abs(found[::5, ::5])) / rows
-    texture = Texture(np.sqrt(np.log(2.0)), 1e-6, 100.0)
+    texture = TextureSpectrum(np.sqrt(np.log(2.0)), 1e-6, 100.0)
     row = 1.0 / rows
     seen = 1.0 / 12.0 + sigma**2 + blur_px**2
     signal = texture_gradient_energy(texture, np.sqrt(seen + row**2 / 6.0), np.sqrt(seen))
@@ -243,7 +246,7 @@ def test_depth_error_is_the_error_of_the_matched_height_over_the_baseline() -> N
 def test_the_best_f_number_lies_between_blur_and_darkness() -> None:
     f_number = np.geomspace(1.0, 64.0, 200)
 
-    def at(light: Light) -> float:
+    def at(light: CollectedLight) -> float:
         # Blur in both views of as many radians at each f-number, 0.02 mm at f/5.6 in the upper one.
         upper = replace(UPPER, defocus=0.02 * 5.6 / f_number)
         lower = replace(LOWER, defocus=0.02 * 5.6 / f_number * 1.5 / 2.4)
@@ -256,7 +259,7 @@ def test_the_best_f_number_lies_between_blur_and_darkness() -> None:
 
 
 def test_a_pixel_of_many_electrons_has_the_noise_of_counting_them() -> None:
-    light = Light(10_000.0, 5.6, 0.0, tone=1.0, grey_levels=1e9)
+    light = CollectedLight(10_000.0, 5.6, 0.0, tone=1.0, grey_levels=1e9)
     assert pixel_variance(light, 5.6) == pytest.approx(1e-4)
     assert pixel_variance(light, 11.2) == pytest.approx(4e-4)
     assert pixel_variance(replace(light, read_noise_electrons=100.0), 5.6) == pytest.approx(2e-4)

@@ -54,11 +54,11 @@ def test_neighbours_in_the_lattice_are_one_disparity_step_apart(design: Design):
     distance, height = epipolar_lattice(design)
     middle = (design.views.upper.viewpoint_mm + design.views.lower.viewpoint_mm) / 2
     slope = (height - middle) / distance
-    steps_lower, steps_upper = disparity_steps(pair, slope, distance, design.camera.pixel_pitch_mm)
+    steps = disparity_steps(pair, slope, distance, design.camera.pixel_pitch_mm)
     both = np.isfinite(distance[1:]) & np.isfinite(distance[:-1]) & (distance[:-1] < 5000)
-    assert np.allclose(np.diff(distance, axis=0)[both], steps_lower[:-1][both], rtol=1e-6)
+    assert np.allclose(np.diff(distance, axis=0)[both], steps.lower[:-1][both], rtol=1e-6)
     both = np.isfinite(distance[:, 1:]) & np.isfinite(distance[:, :-1]) & (distance[:, :-1] < 5000)
-    assert np.allclose(np.diff(distance, axis=1)[both], steps_upper[:, :-1][both], rtol=1e-6)
+    assert np.allclose(np.diff(distance, axis=1)[both], steps.upper[:, :-1][both], rtol=1e-6)
 
 
 def test_lattice_spacing_is_the_first_order_error(design: Design):

@@ -92,8 +92,11 @@ def test_the_slope_shift_is_the_radius_over_its_slope(sense: str) -> None:
 @pytest.mark.parametrize("pair", PAIRS)
 def test_the_depth_shift_is_a_finite_difference_of_the_gain_law(pair: StereoPair) -> None:
     elevation_slope, distance, step = np.array([-0.4, 0.0, 0.3])[:, None], np.array([300.0, 2000.0]), 1e-5
-    views = ((pair.gain_lower, pair.sense_lower), (pair.gain_upper, pair.sense_upper))
     seen = slopes_of_point(elevation_slope, distance, pair.baseline)
+    views = (
+        (seen.lower, pair.gain_lower, pair.sense_lower),
+        (seen.upper, pair.gain_upper, pair.sense_upper),
+    )
     measured = []
     for scale in (1.0 + step, 1.0 - step):
         lower, upper = (
@@ -104,7 +107,7 @@ def test_the_depth_shift_is_a_finite_difference_of_the_gain_law(pair: StereoPair
                 / gain,
                 sense,
             )
-            for slope, (gain, sense) in zip(seen, views, strict=True)
+            for slope, gain, sense in views
         )
         measured.append(pair.baseline / (lower - upper))
     difference = (measured[0] - measured[1]) / (2.0 * step * distance)
@@ -191,9 +194,9 @@ def test_no_smaller_gains_beat_the_limit(family, topology, volume, baseline, pri
     largest = limit_gains(*at)
     shares = np.meshgrid(np.linspace(0.05, 1.0, 40), np.linspace(0.05, 1.0, 40))
     pair = StereoPair(
-        largest[0] * shares[0],
+        largest.lower * shares[0],
         arrangement.sense_lower,
-        largest[1] * shares[1],
+        largest.upper * shares[1],
         arrangement.sense_upper,
         baseline,
         principal_distance,

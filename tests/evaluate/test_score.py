@@ -53,11 +53,10 @@ def test_a_point_counts_noise_and_scale_as_the_score_does(name: str, request):
         # Distance and height of the point that a camera of another scale reads, from image radii and back.
         epsilon, slope = 1e-6, float(np.tan(middle))
         read = []
-        for tangent, gain, sense in zip(
-            slopes_of_point(slope, point.distance_mm, pair.baseline),
-            (pair.gain_lower, pair.gain_upper),
-            (pair.sense_lower, pair.sense_upper),
-            strict=True,
+        seen = slopes_of_point(slope, point.distance_mm, pair.baseline)
+        for tangent, gain, sense in (
+            (seen.lower, pair.gain_lower, pair.sense_lower),
+            (seen.upper, pair.gain_upper, pair.sense_upper),
         ):
             radius = (1.0 + epsilon) * image_radius(tangent, gain, pair.principal_distance, sense)
             read.append(elevation_tangent(image_half_tangent(radius, pair.principal_distance) / gain, sense))
@@ -77,14 +76,14 @@ def test_the_limit_keeps_the_gap_that_the_record_asks_for(published: Design, gap
     """At the limiting gains the inner zone ends that many pixels before the outer one begins."""
     design = changed(published, ("zone_gap_px",), gap_px)
     camera, slopes = design.camera, np.tan(np.radians([-8.0, 8.0]))
-    upper, lower = elevation_tangents_of_views(slopes, (500.0, 2000.0), design.baseline_mm)
+    ranges = elevation_tangents_of_views(slopes, (500.0, 2000.0), design.baseline_mm)
     bounds = ImageBounds(camera.image_radius_mm, gap_px * camera.pixel_pitch_mm)
     arrangement, volume = arrangement_of("folded", "upper_outer"), volume_of(design)
     gains = limit_gains(arrangement, volume, design.baseline_mm, camera.focal_length_mm, bounds)
-    outer_begins = min(image_radius(slope, gains[1], camera.focal_length_mm, "direct") for slope in upper)
-    inner_ends = max(image_radius(slope, gains[0], camera.focal_length_mm, "folded") for slope in lower)
+    outer_begins = min(image_radius(slope, gains.upper, camera.focal_length_mm, "direct") for slope in ranges.upper)
+    inner_ends = max(image_radius(slope, gains.lower, camera.focal_length_mm, "folded") for slope in ranges.lower)
     assert (outer_begins - inner_ends) / camera.pixel_pitch_mm == pytest.approx(gap_px, abs=1e-9)
-    pair = StereoPair(gains[0], "folded", gains[1], "direct", design.baseline_mm, camera.focal_length_mm)
+    pair = StereoPair(gains.lower, "folded", gains.upper, "direct", design.baseline_mm, camera.focal_length_mm)
     error = depth_error_rms(pair, volume, design.noise_px * camera.pixel_pitch_mm)
     assert evaluate_design(design).depth.depth_error_limit == pytest.approx(error, rel=1e-12)
 

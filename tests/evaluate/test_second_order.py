@@ -100,9 +100,11 @@ def test_over_a_volume_against_noisy_image_radii():
     distances = np.exp(generator.uniform(*np.log(CEILING_VOLUME.distances), count))
     assert FIRST_ORDER_BOUND < np.max(depth_error_map(CEILING, elevations, distances, noise)) < SECOND_ORDER_BOUND
     slopes = []
-    views = ((CEILING.gain_lower, CEILING.sense_lower), (CEILING.gain_upper, CEILING.sense_upper))
     true_slopes = slopes_of_point(np.tan(elevations), distances, CEILING.baseline)
-    for (gain, sense), slope in zip(views, true_slopes, strict=True):
+    for gain, sense, slope in (
+        (CEILING.gain_lower, CEILING.sense_lower, true_slopes.lower),
+        (CEILING.gain_upper, CEILING.sense_upper, true_slopes.upper),
+    ):
         radius = image_radius(slope, gain, CEILING.principal_distance, sense) + noise * generator.normal(size=count)
         slopes.append(elevation_tangent(image_half_tangent(radius, CEILING.principal_distance) / gain, sense))
     errors = CEILING.baseline / (slopes[0] - slopes[1]) / distances - 1

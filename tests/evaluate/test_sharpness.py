@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from designer.evaluate.focus import best_focus, depth_of_field, focus_of_design, refocused
 from designer.optics.focus import (
-    Lens,
+    FocusedLens,
     chief_ray,
     lens_of_camera,
     light_path_of_design,
@@ -41,7 +41,7 @@ def test_equal_weights_put_the_focus_in_the_middle():
 
 
 def test_refocusing_keeps_the_glass():
-    lens = Lens(13.0, 5.6, 1.0 / 150.0)
+    lens = FocusedLens(13.0, 5.6, 1.0 / 150.0)
     again = refocused(lens, 1.0 / 90.0)
     assert again.pupil_diameter == pytest.approx(lens.pupil_diameter, rel=1e-14)
     assert 1.0 / again.principal_distance + 1.0 / 90.0 == pytest.approx(1.0 / 13.0 + 1.0 / 150.0, rel=1e-14)

@@ -15,41 +15,13 @@ from designer.export.drawing.sheets import drawing_sheets, sheet_sources
 from designer.extras import is_installed
 from designer.files import InputError
 from support import DATA
+from support.sheets import NUMBER, number_of, printed_words, rebuilt
 from support.studied_designs import NAMES, SHARP_NAMES, sharp_design, studied_design
 from support.wide_designs import LAWS, wide_design
 
 NEEDS_TYPST = pytest.mark.skipif(not is_installed("drawing"), reason="typst, which typesets sheets, is not installed")
 NANOMETRE = 1e-6
 PROTOTYPE = read_design(DATA / "folded_hypl_hy.json")
-NUMBER = r"([+−]?[\d.]+(?:e[+−]?\d+)?)"
-
-
-def number_of(words: str) -> float:
-    return float(words.replace("−", "-"))
-
-
-def printed_words(source: str) -> str:
-    """Everything that a sheet prints, as one line: the string literals of its source, in order."""
-    return " ".join(re.findall(r'"((?:[^"\\]|\\.)*)"', source))
-
-
-def rebuilt(mirror_sheet: str, assembly: str, name: str) -> dict[str, object]:
-    """A mirror as somebody reads it from words alone: its own sheet's and the assembly's."""
-    faces = re.search(rf"V\d+ {name}, faces (up|down)", assembly).group(1)
-    radius = re.search(rf"vertex radius R\s+(?:{NUMBER} mm|∞)", mirror_sheet).group(1)
-    conic = re.search(rf"conic constant K\s+(?:{NUMBER};|none)", mirror_sheet).group(1)
-    found = {
-        "faces": faces,
-        "vertex_mm": re.search(rf"vertex of {name}\s+{NUMBER}", assembly).group(1),
-        "inner_radius_mm": re.search(rf"radius of the hole\s+{NUMBER}", mirror_sheet).group(1),
-        "outer_radius_mm": re.search(rf"radius of the edge\s+{NUMBER}", mirror_sheet).group(1),
-        "thickness_mm": re.search(rf"thickness\s+{NUMBER}\s", mirror_sheet + " ").group(1),
-        "conic": conic or "0",
-    }
-    numbers = {key: value if key == "faces" else number_of(value) for key, value in found.items()}
-    # Right on a mirror's sheet is up for a mirror that faces down.
-    upwards = 1.0 if faces == "down" else -1.0
-    return numbers | {"radius_mm": None if radius is None else upwards * number_of(radius)}
 
 
 def assert_rebuilt(design: Design, words: dict[str, str]) -> None:
@@ -218,8 +190,7 @@ def test_hatching_stays_inside_its_outline() -> None:
         *((30 + 25 * math.cos(a), 30 + 25 * math.sin(a)) for a in angles),
         *((30 + 10 * math.cos(a), 30 + 10 * math.sin(a)) for a in angles[::-1]),
     ]
-    ends = re.findall(r"\(([-\d.]+)mm, ([-\d.]+)mm\)", hatched(outline, spacing=0.4))
-    points = np.array(ends, dtype=float).reshape(-1, 2, 2)
+    points = np.array([line.points for line in hatched(outline, spacing=0.4)])
     distances = np.hypot(*(points - 30.0).reshape(-1, 2).T)
     assert distances.max() < 25.001
     # Lines of x + y = level, 0.4 apart in level, are 0.4 / sqrt(2) apart on paper.

@@ -15,6 +15,7 @@ from itertools import product
 import pytest
 import sympy as sp
 
+from designer.design import PerView
 from designer.evaluate import depth
 from designer.optics import view
 from designer.optics.conic import FocalConic, conic_constant
@@ -365,9 +366,8 @@ def test_depth_error_is_the_propagated_noise(monkeypatch, sense_lower):
     by_radius_upper = sp.diff(distance, t_u) / sp.diff(law(kappa_u, t_u), t_u)
     variance = noise**2 * (by_radius_lower**2 + by_radius_upper**2)
     # With the square root taken away the function returns D/b times the sum of the squared slope errors.
-    root_free = depth.relative_depth_error(
-        slope_lower, slope_upper, kappa_l, sense_lower, kappa_u, "direct", b, f, noise
-    )
+    pair = depth.StereoPair(kappa_l, sense_lower, kappa_u, "direct", b, f)
+    root_free = depth.depth_error_of_slopes(pair, PerView(lower=slope_lower, upper=slope_upper), noise)
     assert is_zero(variance / distance**2 - root_free * distance / b)
     # The form of docs/theory.md, section 5: sigma_D = (D^2/b) sqrt((sigma_l sec^2 phi_l)^2 + (sigma_u sec^2 phi_u)^2).
     sigma = [

@@ -15,8 +15,8 @@ from scipy.spatial import ConvexHull
 
 from designer.optics.conic import FocalConic
 from designer.optics.focus import (
+    FocusedLens,
     FocusingMirror,
-    Lens,
     LightPath,
     chief_ray,
     focal_distances,
@@ -220,7 +220,7 @@ def test_the_lens_keeps_its_pupil():
 
 def test_blur_is_that_of_similar_triangles():
     # The cone of a pupil of 2 mm that is focused at 100 mm is 1 mm wide at 50 mm; seen through f = 12 mm from there.
-    lens = Lens(12.0, 12.0 / (1.0 + 12.0 / 100.0) / 2.0, 1.0 / 100.0)
+    lens = FocusedLens(12.0, 12.0 / (1.0 + 12.0 / 100.0) / 2.0, 1.0 / 100.0)
     assert lens.pupil_diameter == pytest.approx(2.0)
     assert abs(lens.blur(1.0 / 50.0)) == pytest.approx(12.0 / 50.0 * 1.0)
     assert lens.blur(1.0 / 100.0) == 0.0
@@ -373,7 +373,7 @@ def folded_numbers(height, ratio, gain, viewpoint, slope, distance, principal, f
     )
     ray = chief_ray(LightPath(mirrors, viewpoint, gain, "folded"), slope)
     reciprocal = reciprocal_along_ray(slope, distance)
-    lens = Lens(principal, 5.6, focus)
+    lens = FocusedLens(principal, 5.6, focus)
     width = light_width(ray, reciprocal, lens.pupil_diameter / 2.0)
     blur = lens.blur(reciprocal_image_depth(ray, reciprocal))
     return [blur, *width.across, *width.radial, width.along_leg(1, 0.3), width.along_leg(2, 5.0)]

@@ -43,7 +43,7 @@ def coherent_designs(variant: Variant, f_number: float = CHIEF_RAYS_ALONE):
         values = random_designs(problem, 4000, seed=1, f_number=f_number)
         sound = is_coherent(put_together(problem, values))
         if f_number != CHIEF_RAYS_ALONE:
-            sound &= values["radius"] < problem.specification.distance_near
+            sound &= values["radius"] < problem.specification.distances[0]
         for index in np.flatnonzero(sound)[:DESIGNS]:
             one = at(values, index)
             yield design_record(requirement, problem, one), put_together(problem, one).layout

@@ -58,9 +58,9 @@ def test_image_radii_are_tangents_of_pinhole_angles_and_their_slope_a_difference
 def test_both_views_just_see_every_point_of_the_volume(low, width, near, depth, baseline):
     """The volume is seen from the middle of the baseline; its points are seen from half a baseline above and below."""
     slopes = np.tan(np.radians([low, low + width]))
-    upper, lower = elevation_tangents_of_views((slopes[0], slopes[1]), (near, near * depth), baseline)
+    found = elevation_tangents_of_views((slopes[0], slopes[1]), (near, near * depth), baseline)
     distance, slope = np.meshgrid(np.linspace(near, near * depth, 9), np.linspace(*slopes, 9))
     height = distance * slope
-    for found, viewpoint in ((upper, baseline / 2), (lower, -baseline / 2)):
+    for ends, viewpoint in ((found.upper, baseline / 2), (found.lower, -baseline / 2)):
         seen = (height - viewpoint) / distance
-        assert found == pytest.approx((seen.min(), seen.max()), rel=1e-12, abs=1e-12)
+        assert ends == pytest.approx((seen.min(), seen.max()), rel=1e-12, abs=1e-12)

@@ -51,7 +51,7 @@ def coherent_designs(variant) -> Iterator[tuple[Requirement, Problem, dict[str, 
         requirement = shipped_requirement(name)
         problem = problem_of(requirement, variant)
         values = random_designs(problem, 2000, seed=3)
-        sound = is_coherent(enclosed(problem, values)) & (values["radius"] < problem.specification.distance_near)
+        sound = is_coherent(enclosed(problem, values)) & (values["radius"] < problem.specification.distances[0])
         for index in np.flatnonzero(sound)[:DESIGNS]:
             yield requirement, problem, at(values, index)
 

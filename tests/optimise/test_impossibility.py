@@ -162,7 +162,7 @@ def test_no_traced_ray_leaves_a_plane_primary_at_or_below_its_horizon(name, vari
 def lower_elevations_deg(requirement: Requirement) -> tuple[float, float]:
     volume = requirement.working_volume
     slopes = (np.tan(np.radians(volume.elevation_deg[0])), np.tan(np.radians(volume.elevation_deg[1])))
-    _, lower = elevation_tangents_of_views(slopes, volume.distance_mm, requirement.baseline_mm)
+    lower = elevation_tangents_of_views(slopes, volume.distance_mm, requirement.baseline_mm).lower
     return float(np.degrees(np.arctan(lower[0]))), float(np.degrees(np.arctan(lower[1])))
 
 
@@ -195,7 +195,8 @@ def test_no_rule_forbids_what_random_search_finds(variant, low, span, baseline, 
         requirement = set_key(requirement, key, value)
     # A ray a hundredth of a degree off the horizon meets its wall so near the rim that clearances cannot tell.
     slopes = (np.tan(np.radians(low)), np.tan(np.radians(low + span)))
-    ends_deg = np.degrees(np.arctan(elevation_tangents_of_views(slopes, (near, 2.0 * near), baseline)))
+    ranges = elevation_tangents_of_views(slopes, (near, 2.0 * near), baseline)
+    ends_deg = np.degrees(np.arctan([ranges.lower, ranges.upper]))
     assume(np.abs(ends_deg).min() > 0.05)
     if unhindered(problem_of(requirement, variant), seed=5).any():
         assert reason(requirement, variant) is None

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from designer.optimise import multistart
-from designer.optimise.solver import Target
+from designer.optimise.solver import StageTarget
 
 
 def test_the_best_different_designs_go_into_the_next_round(monkeypatch):
@@ -33,7 +33,7 @@ def test_the_best_different_designs_go_into_the_next_round(monkeypatch):
         run_from=lambda start, choice: (start, choice),
     )
     starts = [design(value) for value in (9.0, 8.0, 7.0, 6.0, 5.0, 1.0, 2.0, 1.0)]
-    best = multistart.improve(task, starts, Target("height"))
+    best = multistart.improve(task, starts, StageTarget("height"))
     assert rounds[0] == [9.0, 8.0, 7.0, 6.0, 5.0, 1.0, 2.0, 1.0]
     assert rounds[1] == [1.0, 2.0, 5.0, 6.0]
     assert [found.goals["height"] for found in best] == [9.0, 8.0, 7.0, 6.0, 5.0, 1.0, 2.0, 1.0]

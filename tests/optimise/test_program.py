@@ -14,7 +14,7 @@ from designer.optics.image_law import PERSPECTIVE, ImageLaw
 from designer.optimise.problem import Problem
 from designer.optimise.program import Program, build_program
 from designer.optimise.separating_directions import FAR, SeparatingDirections
-from designer.optimise.solver import Run, Target, arguments_of
+from designer.optimise.solver import Run, StageTarget, arguments_of
 from designer.optimise.system import put_together
 from designer.optimise.variables import VARIABLE_NAMES
 from support.shipped_problems import (
@@ -67,18 +67,18 @@ def test_rows_are_what_numpy_makes_of_the_system(variant, noise_mm, law):
     free = tuple(name for name in VARIABLE_NAMES if not problem.bounds[name].is_fixed)
     residuals = np.array([np.ravel(item.value)[0] / item.scale for item in problem.constraints(system)])
     equal = np.array([item.equality for item in problem.constraints(system)])
-    spare = np.concatenate([light.max(axis=0), bodies.max(axis=0)]) - specification.clearance
+    spare = np.concatenate([light.max(axis=0), bodies.max(axis=0)]) - specification.asked.manufacture.clearance_mm
     spare[light.shape[1]] = 1.0  # the pair that is left out
     goals = np.array([np.ravel(goal.expression(system))[0] for goal in GOALS.values()]) / SCALES
 
     program = build_program(variant, (), free, law, "constant" if noise_mm else "predicted")
-    objective, rows = every_row(program, arguments_of(run, program, Target("blur"), None))
+    objective, rows = every_row(program, arguments_of(run, program, StageTarget("blur"), None))
     expected = np.concatenate([residuals, spare, residuals[equal], goals])
     assert rows == pytest.approx(expected, rel=1e-9, abs=1e-7)
     assert objective == pytest.approx(goals[list(GOALS).index("blur")], rel=1e-12)
 
     program = build_program(variant, (), free, law, None)
-    objective, rows = every_row(program, arguments_of(run, program, Target("violation"), 0.25))
+    objective, rows = every_row(program, arguments_of(run, program, StageTarget("violation"), 0.25))
     expected = np.concatenate([residuals + 0.25, spare + 0.25, residuals[equal] - 0.25])
     assert rows == pytest.approx(expected, rel=1e-9, abs=1e-7)
     assert objective == 0.25

@@ -42,25 +42,26 @@ def test_nothing_outside_its_interval_has_its_mirrors_in_the_envelope(seed, vari
     """Random designs anywhere: those whose last mirrors lie in the envelope have viewpoints and vertices within."""
     requirement = random_requirement(np.random.default_rng(seed))
     problem = problem_of(requirement, variant)
-    asked, free = problem.specification, free_ranges(requirement, requirement.camera.lenses[0])
+    specification, free = problem.specification, free_ranges(requirement, requirement.camera.lenses[0])
     random = np.random.default_rng(seed)
     values = draw(problem, 2000, random, 0.01)
-    far = asked.envelope_height + asked.envelope_diameter
+    envelope = specification.asked.envelope
+    far = envelope.height_mm + envelope.diameter_mm
     values["lower_viewpoint"] = random.uniform(-6.0, 6.0, 2000) * far
     values["secondary_height"] = random.uniform(0.0, 4.0, 2000) * far
     system = put_together(problem, values)
     in_envelope = is_coherent(system)
     for mirror in system.layout.mirrors:
         for radius in mirror.used_radii:
-            off = np.abs(mirror.surface.height(radius) - asked.lens_front)
-            in_envelope &= (radius > 0.0) & (2.0 * radius < asked.mirror_diameter) & (off < asked.envelope_height)
-    low, high = lower_viewpoints(variant, asked, free.baseline, {})
+            off = np.abs(mirror.surface.height(radius) - specification.lens_front)
+            in_envelope &= (radius > 0.0) & (2.0 * radius < envelope.mirror_diameter_mm) & (off < envelope.height_mm)
+    low, high = lower_viewpoints(variant, specification, free.baseline, {})
     viewpoints = np.broadcast_to(values["lower_viewpoint"], in_envelope.shape)[in_envelope]
     assert np.all((viewpoints >= low) & (viewpoints <= high))
     if variant.fold is not None:
-        low, high = secondary_vertices(variant, asked, free.baseline, free.principal_distance[0])
+        low, high = secondary_vertices(variant, specification, free.baseline, free.principal_distance[0])
         from_pinhole = system.layout.mirrors[0].surface.height(system.layout.mirrors[0].used_radii[0])
-        near = in_envelope & (from_pinhole > asked.nearest_mirror)
+        near = in_envelope & (from_pinhole > specification.asked.camera.nearest_mirror_mm)
         heights = np.broadcast_to(values["secondary_height"], in_envelope.shape)[near]
         assert np.all((heights >= low) & (heights <= high))
     event(f"{min(viewpoints.size, 10)} in the envelope")

@@ -203,7 +203,7 @@ def test_what_is_called_feasible_is_so_when_evaluated_anew():
         values: dict[str, Any] = {name: np.array([value]) for name, value in candidate.values.items()}
         evaluation = evaluate(candidate.problem, put_together(candidate.problem, values))
         assert evaluation.largest_violations[0] <= 1e-6
-        assert evaluation.clearances.min() >= candidate.problem.specification.clearance - 1e-6
+        assert evaluation.clearances.min() >= candidate.problem.specification.asked.manufacture.clearance_mm - 1e-6
 
 
 @pytest.mark.parametrize(

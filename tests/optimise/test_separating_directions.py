@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as in_numpy
 
 from designer.optics.clearance import LEG_DIRECTIONS, LEG_NORMALS, SOLID_DIRECTIONS, SOLID_NORMALS, normal_weights
-from designer.optimise.problem import Evaluation
+from designer.optimise.problem import ConstraintEvaluation
 from designer.optimise.separating_directions import (
     COMFORTABLE_MM,
     FAR,
@@ -34,9 +34,9 @@ choices = st.lists(
 )
 
 
-def evaluated(light: np.ndarray, bodies: np.ndarray) -> Evaluation:
+def evaluated(light: np.ndarray, bodies: np.ndarray) -> ConstraintEvaluation:
     none = np.zeros((0, light.shape[2]))
-    return Evaluation((), (), none, none, light, bodies)
+    return ConstraintEvaluation((), (), none, none, light, bodies)
 
 
 @given(separations)

@@ -21,9 +21,10 @@ from designer.optics.clearance import (
     solid_rows,
     solid_separations,
 )
+from designer.optics.image_law import PERSPECTIVE
 from designer.optimise.constraints import constraints_of
 from designer.optimise.problem import Problem
-from designer.optimise.required_numbers import SPECIFICATION_NAMES, Specification, specification_values
+from designer.optimise.required_numbers import SPECIFICATION_NAMES, specification_from, specification_values
 from designer.optimise.system import enclosure, put_together
 from designer.optimise.variables import VARIABLE_NAMES, with_principal_distance
 from designer.optimise.variants import Variant
@@ -59,9 +60,9 @@ def symbolic(problem: Problem) -> casadi.Function:
     """Constraints, goals and every separation as a CasADi function of the physical variables and the rules."""
     variables = {name: casadi.SX.sym(name) for name in VARIABLE_NAMES}
     values = with_principal_distance(variables)
-    specification = Specification(*(casadi.SX.sym(name) for name in SPECIFICATION_NAMES))
+    numbers = [casadi.SX.sym(name) for name in SPECIFICATION_NAMES]
+    specification = specification_from(numbers, PERSPECTIVE)
     system = put_together(problem.variant, values, specification)
-    numbers = [getattr(specification, name) for name in SPECIFICATION_NAMES]
     pairs = pair_up(system.layout)
     legs, solids = leg_rows(system.layout.legs), solid_rows(pairs.solids)
     light = [
@@ -158,7 +159,8 @@ def test_the_enclosure_is_what_sampled_mirrors_need(variant):
     problem, values = coherent_problem(variant)
     for index in range(DESIGNS):
         one = at(values, index)
-        layout = enclosed(problem, one).layout
+        system = enclosed(problem, one)
+        layout = system.layout
         heights, radii = [problem.specification.lens_front], []
         for mirror in layout.mirrors:
             inner, outer = (float(np.ravel(radius)[0]) for radius in (mirror.inner_radius, mirror.outer_radius))
@@ -169,7 +171,7 @@ def test_the_enclosure_is_what_sampled_mirrors_need(variant):
                 (face + mirror.direction * mirror.thickness).max(),
             ]
             radii.append(outer)
-        tight = enclosure(layout, problem.specification)
+        tight = enclosure(system)
         assert float(np.ravel(tight["top"])[0]) == pytest.approx(max(heights[1:]), abs=1e-9)
         assert float(np.ravel(tight["bottom"])[0]) == pytest.approx(min(heights), abs=1e-9)
         assert float(np.ravel(tight["radius"])[0]) == pytest.approx(max(radii), abs=1e-9)

@@ -20,10 +20,10 @@ from designer.files import InputError
 from designer.report.content.legible import legible_source
 from designer.report.content.lens import other_projections
 from designer.report.content.sections import source
-from designer.report.content.tables import excluded, fabrication, ranking
+from designer.report.content.tables import excluded, fabrication, ranking_table
 from designer.report.document import draw_figures, write_pdf
 from designer.report.figures import registry
-from designer.report.figures.registry import PAGE_PANEL, Drawing, ReportFigure
+from designer.report.figures.registry import PAGE_PANEL, DrawnFigure, ReportFigure
 from designer.report.typst.pdf import typeset
 from designer.requirement import set_key
 from designer.study.folder import read_study
@@ -63,7 +63,7 @@ def test_the_same_folder_gives_the_same_bytes_in_any_number_of_processes(folder:
 
 def test_all_44_stand_in_the_ranking_with_status_and_reason(folder: Path) -> None:
     study = read_study(folder)
-    table = ranking(study.rows)
+    table = ranking_table(study.rows)
     listed = re.findall(r'name-of\("([^"]+)"\)', table)
     assert sorted(listed) == sorted(configuration.name for configuration in enumerate_configurations())
     assert [row.rank for row in study.feasible] == list(range(1, len(study.feasible) + 1))
@@ -252,7 +252,7 @@ def test_errors_beyond_first_order_are_flagged_everywhere(
     text = source(study, {})
     assert verdict_says in text
     assert "A star marks errors that exceed 6.5 % somewhere" in text
-    table = ranking(study.rows)
+    table = ranking_table(study.rows)
     assert (table.count('#text("*")'), table.count('#hide("*")')) == (1, 1)
     assert page_says in text
     assert write_pdf(read_study(path), path).exists()
@@ -358,7 +358,11 @@ def test_a_study_of_few_configurations_has_no_nearly_empty_page(count: int, page
 
 def test_a_new_panel_is_one_entry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     panel = ReportFigure(
-        "baseline", PAGE_PANEL, (82.0, 52.0), lambda design, width, height: Drawing(SQUARE), lambda design: "Baseline"
+        "baseline",
+        PAGE_PANEL,
+        (82.0, 52.0),
+        lambda design, width, height: DrawnFigure(SQUARE),
+        lambda design: "Baseline",
     )
     monkeypatch.setattr(registry, "DESIGN_FIGURES", (*registry.DESIGN_FIGURES, panel))
     study = read_study(write_sample_study(tmp_path / "panel", designs=(prototype(), two_direct_mirrors())))

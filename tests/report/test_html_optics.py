@@ -106,9 +106,9 @@ def test_gain_law_and_image_points_equal_pythons(shown) -> None:
     for design, points, found in shown:
         camera = design.camera
         for (elevation, distance), at in zip(points, found, strict=True):
-            lower, upper = slopes_of_point(np.tan(elevation), distance, design.baseline_mm)
-            for name, slope in (("lower", lower), ("upper", upper)):
-                view = design.views.by_name[name]
+            slopes = slopes_of_point(np.tan(elevation), distance, design.baseline_mm)
+            for name, view in design.views.by_name.items():
+                slope = slopes[name]
                 arguments = (slope, view.gain, camera.focal_length_mm, view.sense)
                 radius_px = image_radius(*arguments) / camera.pixel_pitch_mm
                 assert at["views"][name]["slope"] == pytest.approx(slope, abs=1e-12)
@@ -227,10 +227,10 @@ def test_interpolated_noise_is_within_one_percent_of_the_predicted() -> None:
         (low, high), (near, far) = np.radians(design.working_volume.elevation_deg), design.working_volume.distance_mm
         points.append([(low + (high - low) * a, near * (far / near) ** b) for a in shares for b in shares])
     for (design, asked), at, found in zip(cases, points, run_node(payloads, points), strict=True):
-        lower, upper = predicted_noise_px(design, asked, *np.array(at).T)
-        for name, predicted in (("lower", lower), ("upper", upper)):
+        noise = predicted_noise_px(design, asked, *np.array(at).T)
+        for name in VIEW_NAMES:
             interpolated = np.array([each["views"][name]["noisePx"] for each in found])
-            np.testing.assert_allclose(interpolated, predicted, rtol=0.01, err_msg=f"{design.configuration} {name}")
+            np.testing.assert_allclose(interpolated, noise[name], rtol=0.01, err_msg=f"{design.configuration} {name}")
 
 
 def test_the_table_of_noise_gives_the_score_of_the_study() -> None:

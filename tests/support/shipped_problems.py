@@ -175,9 +175,9 @@ def design_record(requirement: Requirement, problem: Problem, values: dict[str, 
             }
         )
     baseline, lower = _number(values["baseline"]), _number(values["lower_viewpoint"])
-    upper_slopes, lower_slopes = elevation_tangents_of_views(
-        (math.tan(specification.elevation_low), math.tan(specification.elevation_high)),
-        (specification.distance_near, specification.distance_far),
+    ranges = elevation_tangents_of_views(
+        tuple(math.tan(elevation) for elevation in specification.elevations),
+        specification.distances,
         baseline,
     )
 
@@ -212,8 +212,8 @@ def design_record(requirement: Requirement, problem: Problem, values: dict[str, 
             },
             "mirrors": mirrors,
             "views": {
-                "upper": view("upper", lower + baseline, upper_slopes),
-                "lower": view("lower", lower, lower_slopes),
+                "upper": view("upper", lower + baseline, ranges.upper),
+                "lower": view("lower", lower, ranges.lower),
             },
             "baseline_mm": baseline,
             "height_mm": _number(system.height),

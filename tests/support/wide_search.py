@@ -30,12 +30,13 @@ def nearest_to_feasible(problem: Problem, lens: Lens, starts: int, seed: int) ->
 def _widened(problem: Problem) -> VariableBounds:
     """Viewpoints as far off as a ray of the steepest slope from the widest mirror reaches, twice over; gains of a
     thousandth; a secondary's vertex from a millimetre to three envelopes up."""
-    asked, bounds = problem.specification, dict(problem.bounds)
-    steepest = max(abs(np.tan(asked.elevation_low)), abs(np.tan(asked.elevation_high)))
-    parallax = bounds["baseline"].high / asked.distance_near
-    far = 4.0 * asked.envelope_height + asked.envelope_diameter * (1.0 + steepest + parallax)
-    bounds["lower_viewpoint"] = Bounds(asked.lens_front - far - bounds["baseline"].high, asked.lens_front + far)
-    bounds["secondary_height"] = Bounds(1.0, asked.lens_front + 3.0 * asked.envelope_height)
+    specification, bounds = problem.specification, dict(problem.bounds)
+    envelope, front = specification.asked.envelope, specification.lens_front
+    steepest = max(abs(np.tan(elevation)) for elevation in specification.elevations)
+    parallax = bounds["baseline"].high / specification.distances[0]
+    far = 4.0 * envelope.height_mm + envelope.diameter_mm * (1.0 + steepest + parallax)
+    bounds["lower_viewpoint"] = Bounds(front - far - bounds["baseline"].high, front + far)
+    bounds["secondary_height"] = Bounds(1.0, front + 3.0 * envelope.height_mm)
     for name in ("lower_gain", "upper_gain"):
         gain = bounds[name]
         bounds[name] = Bounds(gain.low / 1000.0, gain.high * 1.5, logarithmic=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from designer.as_built.named import NamedTolerances
 from designer.design import Camera, Projection
 from designer.typesetting.markup import cell, literal
 
@@ -9,6 +10,13 @@ Groups = list[tuple[str, list[tuple[str, str]]]]
 
 OPEN = "to be agreed"
 """What nobody has decided: the sheet says so and does not invent a number."""
+
+
+def tolerances_title(tolerances: NamedTolerances | None) -> str:
+    """The heading of the tolerances on a sheet: where they come from, or that there are none."""
+    if tolerances is None:
+        return f"Tolerances, {OPEN}: run designer tolerance for what each departure costs"
+    return f"Tolerances, of {tolerances.in_words}; largest departures, of radius and conic constant at the same time"
 
 
 def exactly(value: float) -> str:

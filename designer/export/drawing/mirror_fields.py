@@ -6,23 +6,25 @@ import math
 
 import numpy as np
 
+from designer.as_built.allowances import mirror_allowance
+from designer.as_built.named import NamedTolerances
 from designer.design import Design, Mirror
 from designer.evaluate.coatings import ALUMINIUM_6061, COATINGS
 from designer.evaluate.fabrication import mirror_shape
 from designer.evaluate.face_dimensions import FaceDimensions, depth_mm, face_dimensions
-from designer.export.drawing.fields import OPEN, Groups, exactly
+from designer.export.drawing.fields import OPEN, Groups, exactly, tolerances_title
 from designer.typesetting.markup import number
 
 _CHECK_RADII = 3
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def mirror_groups(design: Design, name: str) -> Groups:
-    """All fields of a mirror's sheet."""
+def mirror_groups(design: Design, name: str, tolerances: NamedTolerances | None = None) -> Groups:
+    """All fields of a mirror's sheet; without tolerances these are left to be agreed."""
     mirror, face = design.mirror(name), face_dimensions(design, name)
     return [
         ("Reflecting face, in the style of ISO 10110", _surface(design, mirror, face)),
-        (f"Tolerances, {OPEN}: run designer tolerance for what each departure costs", _tolerances()),
+        (tolerances_title(tolerances), _tolerances(design, name, tolerances)),
         ("Blank", _blank(design, mirror)),
         ("In full, in mm, for programs; the drawing is rounded", _in_full(mirror)),
     ]
@@ -101,14 +103,36 @@ def _check_radii(face: FaceDimensions) -> list[float]:
     return [float(radius) for radius in radii if radius > 0.0]
 
 
-def _tolerances() -> list[tuple[str, str]]:
-    return [
-        ("3/ surface form", f"{OPEN}; over the clear aperture, of the shape above"),
-        ("4/ centring", f"{OPEN}; axis of the face to the outer edge"),
+def _tolerances(design: Design, name: str, tolerances: NamedTolerances | None) -> list[tuple[str, str]]:
+    others = [
         ("5/ imperfections", OPEN),
         ("roughness Rq", OPEN),
         ("dimensions", OPEN),
         ("edges", f"protective chamfer outside the clear aperture, {OPEN}"),
+    ]
+    if tolerances is None:
+        return [
+            ("3/ surface form", f"{OPEN}; over the clear aperture, of the shape above"),
+            ("4/ centring", f"{OPEN}; axis of the face to the outer edge"),
+            *others,
+        ]
+    allowed = mirror_allowance(design, name, tolerances.values)
+    if allowed.curvature_per_m is not None:
+        form = f"curvature within ±{allowed.curvature_per_m:.3g} 1/m"
+    else:
+        form = f"R within ±{allowed.radius_mm:.3g} mm, K within ±{allowed.conic:.3g}"
+    return [
+        (
+            "3/ surface form",
+            f"{form}: sag within ±{1000.0 * allowed.sag_mm:.3g} µm over the clear aperture, vertices together; "
+            f"irregularity {OPEN}",
+        ),
+        (
+            "4/ centring",
+            f"axis of the face to the outer edge and the seat: a share, {OPEN}, of what the assembly allows, which is "
+            f"{allowed.decentre_mm:g} mm and {allowed.tilt_deg:g}° in x and in y",
+        ),
+        *others,
     ]
 
 

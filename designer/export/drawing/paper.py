@@ -1,4 +1,4 @@
-"""Lines, hatching, text and dimensions on paper, as pieces of Typst that place themselves.
+"""Lines, hatching, text and dimensions on paper, as data: what a sheet shows, whichever file it is written to.
 
 Points are (x, y) in mm on paper, y down, from the upper left corner of the box that holds the drawing.
 """
@@ -10,14 +10,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from designer.typesetting.markup import literal
-
 Point = tuple[float, float]
+Dash = Literal["solid", "dashed", "chain"]
+Colour = Literal["black", "white", "grey", "light grey", "light blue", "blue", "orange"]
+Anchor = Literal["center", "left", "right"]
+Direction = Literal["level", "upright"]
 
-THICK, THIN = 0.5, 0.2
-"""Line widths in mm of visible edges, and of everything else."""
-SOLID, DASHED = '"solid"', '"dashed"'
-CHAIN = "(array: (6pt, 1.5pt, 1.5pt, 1.5pt), phase: 0pt)"
+THICK, THIN, FINE = 0.5, 0.2, 0.13
+"""Line widths in mm of visible edges, of everything else, and of hatching and extension lines."""
 TEXT_PT = 8.0
 ARROW_MM, ARROW_HALF_WIDTH_MM = 2.6, 0.4
 BEYOND_MM = 1.5
@@ -29,15 +29,79 @@ SCALES = (20.0, 10.0, 5.0, 2.0, 1.0, 1 / 2, 1 / 5, 1 / 10, 1 / 20, 1 / 50, 1 / 1
 
 
 @dataclass(frozen=True, slots=True)
-class Drawn:
-    """A drawing as Typst, its scale (mm on paper for each mm of the part), and the width of its box."""
+class Line:
+    """A line through points."""
 
-    source: str
+    points: tuple[Point, ...]
+    width: float = THIN
+    dash: Dash = "solid"
+    colour: Colour = "black"
+
+
+@dataclass(frozen=True, slots=True)
+class Area:
+    """A closed outline, filled or not."""
+
+    points: tuple[Point, ...]
+    width: float = THICK
+    fill: Colour | None = None
+    colour: Colour = "black"
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """Text at a point, on white, vertically centred; ``upright`` reads from below and is centred."""
+
+    text: str
+    at: Point
+    anchor: Anchor = "center"
+    upright: bool = False
+    size: float = TEXT_PT
+
+
+@dataclass(frozen=True, slots=True)
+class Dot:
+    """A filled dot."""
+
+    at: Point
+    radius: float = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Balloon:
+    """A number in a circle."""
+
+    text: str
+    at: Point
+
+
+@dataclass(frozen=True, slots=True)
+class Dimension:
+    """A length between two places, ``level`` or ``upright``.
+
+    ``place`` is where the dimension line lies (y of a level one, x of an upright one), ``ends`` the two places that it
+    joins, the left or upper one first, ``starts`` where their extension lines begin. Text that does not fit between the
+    arrows of a level one stands on the right, or on the left.
+    """
+
+    direction: Direction
+    place: float
+    ends: tuple[float, float]
+    starts: tuple[float, float]
+    text: str
+    right: bool = True
+
+
+Mark = Line | Area | Label | Dot | Balloon | Dimension
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """A drawing, its scale (mm on paper for each mm of the part), and the width of its box."""
+
+    marks: tuple[Mark, ...]
     scale: float
     width_mm: float
-
-
-Anchor = Literal["center", "left", "right"]
 
 
 def scale_for(width_mm: float, height_mm: float, room: Point, scales: Sequence[float] = SCALES) -> float:
@@ -56,21 +120,7 @@ def text_width_mm(text: str) -> float:
     return 0.53 * TEXT_PT * 0.3528 * len(text)
 
 
-def line(points: Sequence[Point], width: float = THIN, dash: str = SOLID, colour: str = "black") -> str:
-    """A line through points."""
-    (first, *others) = points
-    steps = "".join(f", curve.line({_at(point)})" for point in others)
-    stroke = f'(paint: {colour}, thickness: {width}mm, dash: {dash}, cap: "round")'
-    return f"#place(top + left, curve(stroke: {stroke}, curve.move({_at(first)}){steps}))\n"
-
-
-def area(points: Sequence[Point], width: float = THICK, fill: str = "none", colour: str = "black") -> str:
-    """A closed outline."""
-    corners = ", ".join(map(_at, points))
-    return f"#place(top + left, polygon(stroke: {width}mm + {colour}, fill: {fill}, {corners}))\n"
-
-
-def hatched(points: Sequence[Point], spacing: float = HATCH_MM, rising: bool = True) -> str:
+def hatched(points: Sequence[Point], spacing: float = HATCH_MM, rising: bool = True) -> list[Line]:
     """Hatching at 45 degrees inside a closed outline, even-odd."""
     side = 1.0 if rising else -1.0
     closed = [*points, points[0]]
@@ -85,82 +135,5 @@ def hatched(points: Sequence[Point], spacing: float = HATCH_MM, rising: bool = T
                 crossings.append(x0 + (level - a) / (b - a) * (x1 - x0))
         crossings.sort()
         for start, end in zip(crossings[::2], crossings[1::2], strict=False):
-            drawn.append(line([(start, side * (level - start)), (end, side * (level - end))], 0.13))
-    return "".join(drawn)
-
-
-def label(text: str, at: Point, anchor: Anchor = "center", upright: bool = False, size: float = TEXT_PT) -> str:
-    """Text at a point, on white, vertically centred; ``upright`` reads from below and is centred."""
-    turned = ", upright: true" if upright else ""
-    return f"#label-at({at[0]:.3f}mm, {at[1]:.3f}mm, {literal(text)}, {anchor}{turned}, size: {size}pt)\n"
-
-
-def dot(at: Point, radius: float = 0.5) -> str:
-    """A filled dot."""
-    x, y = at
-    return (
-        f"#place(top + left, dx: {x - radius:.3f}mm, dy: {y - radius:.3f}mm, circle(radius: {radius}mm, fill: black))\n"
-    )
-
-
-def balloon(text: str, at: Point) -> str:
-    """A number in a circle."""
-    return f"#balloon-at({at[0]:.3f}mm, {at[1]:.3f}mm, {literal(text)})\n"
-
-
-def upright_dimension(x: float, ends: tuple[float, float], starts: tuple[float, float], text: str) -> str:
-    """A dimension between two heights ``ends`` (upper first) at ``x``, extension lines from ``starts`` (x)."""
-    high, low = ends
-    reach = math.copysign(BEYOND_MM, x - starts[0])
-    drawn = [line([(start, end), (x + reach, end)], 0.13) for start, end in zip(starts, ends, strict=True)]
-    length, wide = low - high, text_width_mm(text)
-    if length > 2.0 * ARROW_MM + 1.0:
-        drawn += [line([(x, high), (x, low)]), _arrow((x, high), (0.0, 1.0)), _arrow((x, low), (0.0, -1.0))]
-    else:
-        drawn += [line([(x, high - 2.0 * ARROW_MM), (x, low + 2.0 * ARROW_MM)])]
-        drawn += [_arrow((x, high), (0.0, -1.0)), _arrow((x, low), (0.0, 1.0))]
-    if length > 2.0 * wide + 4.0 * ARROW_MM:
-        # Off the middle, where the axis runs.
-        return "".join([*drawn, label(text, (x, high + 0.25 * length), upright=True)])
-    if length > wide + 2.0 * ARROW_MM + 2.0:
-        return "".join([*drawn, label(text, (x, (high + low) / 2.0), upright=True)])
-    outside = high - 2.0 * ARROW_MM - 1.0
-    drawn.append(line([(x, high), (x, outside)]))
-    return "".join([*drawn, label(text, (x, outside - wide / 2.0), upright=True)])
-
-
-def level_dimension(
-    y: float, ends: tuple[float, float], starts: tuple[float, float], text: str, right: bool = True
-) -> str:
-    """A dimension between two places ``ends`` (left first) at height ``y``, extension lines from ``starts`` (y).
-
-    Text that does not fit between the arrows stands on the right, or on the left.
-    """
-    first, last = ends
-    reach = math.copysign(BEYOND_MM, y - starts[0])
-    drawn = [line([(end, start), (end, y + reach)], 0.13) for start, end in zip(starts, ends, strict=True)]
-    length, wide = last - first, text_width_mm(text)
-    if length > wide + 2.0 * ARROW_MM + 2.0:
-        drawn += [line([(first, y), (last, y)]), _arrow((first, y), (1.0, 0.0)), _arrow((last, y), (-1.0, 0.0))]
-        return "".join([*drawn, label(text, ((first + last) / 2.0, y))])
-    inside = length > 2.0 * ARROW_MM + 1.0
-    away = 1.0 if inside else 2.0 * ARROW_MM
-    drawn.append(line([(first - away, y), (last + away, y)]))
-    drawn += [
-        _arrow((first, y), (1.0 if inside else -1.0, 0.0)),
-        _arrow((last, y), (-1.0 if inside else 1.0, 0.0)),
-    ]
-    place = (last + away + 0.6, y) if right else (first - away - 0.6, y)
-    return "".join([*drawn, label(text, place, "left" if right else "right")])
-
-
-def _arrow(tip: Point, into: Point) -> str:
-    """A filled arrowhead whose body runs from the tip along ``into``."""
-    (x, y), (a, b) = tip, into
-    foot = (x + a * ARROW_MM, y + b * ARROW_MM)
-    corners = [tip, *((foot[0] + s * ARROW_HALF_WIDTH_MM * b, foot[1] + s * ARROW_HALF_WIDTH_MM * a) for s in (1, -1))]
-    return area(corners, 0.05, "black")
-
-
-def _at(point: Point) -> str:
-    return f"({point[0]:.3f}mm, {point[1]:.3f}mm)"
+            drawn.append(Line(((start, side * (level - start)), (end, side * (level - end))), FINE))
+    return drawn

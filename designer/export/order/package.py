@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from designer.as_built.named import NamedTolerances
+from designer.as_built.tolerances import tolerances_to_toml
 from designer.design import Design, design_to_json
 from designer.export.formats import EXPORTS, export_format, exported_files
 from designer.export.order.folder import check_order_folder, write_order_folder
 from designer.export.order.words import parts_list, read_me
 from designer.files import InputError
 
-README, PARTS, DESIGN = "README.md", "parts.csv", "design.json"
+README, PARTS, DESIGN, TOLERANCES = "README.md", "parts.csv", "design.json", "tolerances.toml"
 _NEEDED = "drawing"
 
 
@@ -38,10 +40,11 @@ class Order:
     problems: tuple[str, ...]
 
 
-def write_order(design: Design, folder: Path) -> Order:
+def write_order(design: Design, folder: Path, tolerances: NamedTolerances | None = None) -> Order:
     """Write a design as one package: drawings, tables, solids, optical files, parts list, and a README.
 
-    The folder appears whole or not at all. An earlier order in its place is replaced if it is as it was written.
+    Without tolerances the drawings leave these to be agreed. The folder appears whole or not at all. An earlier order
+    in its place is replaced if it is as it was written.
 
     Raises
     ------
@@ -55,14 +58,17 @@ def write_order(design: Design, folder: Path) -> Order:
     files: dict[str, str | bytes] = {DESIGN: design_to_json(design)}
     left_out = {}
     for name in EXPORTS:
+        held = tolerances if EXPORTS[name].toleranced is not None else None
         try:
-            files |= {f"{name}/{file}": content for file, content in exported_files(design, name).items()}
+            files |= {f"{name}/{file}": content for file, content in exported_files(design, name, held).items()}
         except InputError as error:
             if name == _NEEDED:
                 raise
             left_out[name] = str(error)
     problems = judge(design, whole_image=False).problems
     files[PARTS] = parts_list(design)
-    files[README] = read_me(design, [name for name in EXPORTS if name not in left_out], left_out, problems)
+    if tolerances is not None:
+        files[TOLERANCES] = tolerances_to_toml(tolerances.values)
+    files[README] = read_me(design, [name for name in EXPORTS if name not in left_out], left_out, problems, tolerances)
     write_order_folder(folder, files)
     return Order(folder, tuple(sorted(files)), left_out, problems)

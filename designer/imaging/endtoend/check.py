@@ -23,7 +23,7 @@ from designer.imaging.endtoend.noise import Noise, calibrate_noise, contrast_in,
 from designer.imaging.images import Image
 from designer.imaging.render.camera_rays import refuse_too_large
 from designer.imaging.render.detector import Detector
-from designer.imaging.render.lens import Lens
+from designer.imaging.render.lens import RenderedLens
 from designer.imaging.render.scenes.library import build_world, calibration_world
 from designer.imaging.render.scenes.world import Array, World, first_surfaces
 from designer.imaging.stereo.matching import ACCURATE_OPTIONS, Matches, MatchingOptions, MatchOutcome
@@ -56,7 +56,7 @@ class CheckOptions:
     matching: MatchingOptions = ACCURATE_OPTIONS
     equalise: bool = True
     seed: int = 0
-    lens: Lens | None = field(default_factory=Lens)
+    lens: RenderedLens | None = field(default_factory=RenderedLens)
     built: Design | None = None
 
 
@@ -101,7 +101,7 @@ class EndToEndCheck:
     both_see: Mask
     predicted: Array
     relative_error: Array
-    lens: Lens | None
+    lens: RenderedLens | None
 
     @property
     def points(self) -> int:
@@ -205,7 +205,7 @@ def check_with_control(design: Design, options: CheckOptions = DEFAULT_OPTIONS) 
     InputError
         There is no such scene or texture.
     """
-    lens = check_design(design, replace(options, lens=options.lens or Lens()))
+    lens = check_design(design, replace(options, lens=options.lens or RenderedLens()))
     return CheckWithControl(lens, check_design(design, replace(options, lens=None)))
 
 
@@ -256,7 +256,7 @@ def _lower_sees(rig: StereoRig, world: World, points: Array) -> Mask:
     image: ViewImage = rig.images["lower"]
     x, y, z = points
     distance = np.hypot(x, y)
-    imaged = image.is_imaged((z - image.viewpoint_mm) / distance, np.arctan2(y, x))
+    imaged = image.is_imaged(image.slope_towards(z - image.viewpoint_mm, distance), np.arctan2(y, x))
     known = np.isfinite(distance)
     towards = points[:, known] - np.array([[0.0], [0.0], [image.viewpoint_mm]])
     length = np.linalg.norm(towards, axis=0)

@@ -60,7 +60,7 @@ def sampling_methods(equalised: StereoRig) -> dict[Method, StereoRig]:
     return {"bilinear": bilinear, "smoothed_alike": control, "equalised": equalised}
 
 
-def compare(methods: Mapping[Method, StereoRig], raw: Image) -> EqualisationComparison:
+def compare_methods(methods: Mapping[Method, StereoRig], raw: Image) -> EqualisationComparison:
     """Match one grey raw image sampled in each way."""
     lines = {method: sample(rig, raw) for method, rig in methods.items()}
     matches = {

@@ -15,11 +15,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from designer.design import Design
+from designer.design import Design, PerView
 from designer.evaluate.depth import depth_error_of_slopes, stereo_pair_of
 from designer.imaging.images import Image
 from designer.imaging.render.detector import Detector, expose
-from designer.imaging.render.lens import Lens, default_samples
+from designer.imaging.render.lens import RenderedLens, default_samples
 from designer.imaging.render.raytracing import render_all
 from designer.imaging.render.scenes.world import Array, World, first_surfaces
 from designer.imaging.render.sensor import sensor_of
@@ -121,7 +121,7 @@ def record(
     detector: Detector,
     samples: int | None,
     seeds: Sequence[int],
-    lens: Lens | None,
+    lens: RenderedLens | None,
 ) -> list[Image]:
     """The raw images (h, w) in 8 bits that a system records of worlds, each with its seed of the detector's noise.
 
@@ -147,7 +147,9 @@ def true_points(rig: StereoRig, built: Design, worlds: Sequence[World]) -> list[
     trace = trace_first_hits(sensor.instrument, sensor.directions(u.ravel(), v.ravel(), None, None))
     path = sensor.instrument.path(built.views.upper.path)
     seen = compare_with_path(trace, path).status == Status.OK
-    start, ahead = (rays.T for rays in sensor.in_world(trace.exit_point[seen], trace.exit_direction[seen]))
+    left = sensor.leaving(trace.exit_point[seen], trace.exit_direction[seen])
+    seen[seen] = left.is_free
+    start, ahead = left.point[left.is_free].T, left.direction[left.is_free].T
     found = []
     for world in worlds:
         points = np.full((3, u.size), np.nan)
@@ -160,11 +162,8 @@ def error_per_pixel(rig: StereoRig, distance: Array) -> Array:
     """sigma_D / D (columns, rows) of one pixel of noise in each view, at true distances."""
     pair, grid = stereo_pair_of(rig.design), rig.grid
     slope_upper = np.asarray(grid.slope("upper", np.arange(grid.rows)))[None, :]
-    return np.asarray(
-        depth_error_of_slopes(
-            pair, slope_upper + pair.baseline / distance, slope_upper, rig.design.camera.pixel_pitch_mm
-        )
-    )
+    slopes = PerView(lower=slope_upper + pair.baseline / distance, upper=slope_upper)
+    return np.asarray(depth_error_of_slopes(pair, slopes, rig.design.camera.pixel_pitch_mm))
 
 
 def robust_deviation(values: Array) -> float:

@@ -18,7 +18,7 @@ class Exposure:
     """How bright the scene is: the electrons that radiance 1 gives in the middle of the image at a stated f-number.
 
     Illumination, exposure time, pixel area and quantum efficiency stand behind this number. Mirrors count as lossless
-    in it: their losses are the lens's (:class:`designer.imaging.render.lens.Lens`).
+    in it: their losses are the lens's (:class:`designer.imaging.render.lens.RenderedLens`).
     """
 
     white_electrons: float

@@ -24,6 +24,7 @@ from designer.imaging.render.sensor import sensor_of
 from designer.imaging.render.textures import Floats
 from designer.trace.aiming import project
 from designer.trace.first_hit import Status, compare_with_path, trace_first_hits
+from designer.trace.housing import leave_housing
 from designer.trace.image_law import image_radius, plane_slopes, sensor_places
 from designer.trace.instrument import build_instrument
 from designer.trace.sequential import trace_sequential
@@ -84,7 +85,7 @@ def render_dots(
     points = np.asarray(points_mm, dtype=float).reshape(-1, 3)
     random = np.random.default_rng([seed, 0xD075])
     for name in views:
-        path = instrument.path(getattr(design.views, name).path)
+        path = instrument.path(design.views.by_name[name].path)
         for point, (u, v) in zip(points, project_points(design, name, points), strict=True):
             if not np.isfinite([u, v]).all():
                 continue
@@ -95,19 +96,19 @@ def render_dots(
             trace = trace_first_hits(instrument, sensor.directions(across, down, starts, pupil), starts)
             free = compare_with_path(trace, path).status == Status.OK
             angle = float(spacing(np.hypot(*on_sensor(camera, np.array(u), np.array(v)))))
-            middle = getattr(design.views, name).viewpoint_mm
+            middle = design.views.by_name[name].viewpoint_mm
             radius = radius_px * angle * float(np.linalg.norm(point - (0.0, 0.0, middle)))
             ball = Sphere((float(point[0]), float(point[1]), float(point[2])), radius)
             lit = np.zeros(free.shape, dtype=np.float32)
-            rays = sensor.in_world(trace.exit_point[free], trace.exit_direction[free])
-            lit[free] = np.isfinite(ball.distances(rays[0].T, rays[1].T))
+            left = sensor.leaving(trace.exit_point[free], trace.exit_direction[free])
+            lit[free] = left.is_free & np.isfinite(ball.distances(left.point.T, left.direction.T))
             image[rows, columns] += lit.reshape(-1, samples**2).mean(axis=1)
     return image
 
 
 def project_points(design: Design, view_name: ViewName, points_mm: Array) -> Array:
     """Pixels (m, 2) as (u, v) where the traced mirrors show points (m, 3), apertures ignored; NaN where they cannot."""
-    camera, view = design.camera, getattr(design.views, view_name)
+    camera, view = design.camera, design.views.by_name[view_name]
     if design.as_built is not None:
         found = project_built(design, view_name, targets_of(design, view_name, points_mm), values_of(design)[None])
         return np.asarray(camera.principal_point_px + found.pixels[:, 0].T)
@@ -164,16 +165,17 @@ def _pupil_places(radius: float, rings: int) -> Array:
 def _aimed_slopes(design: Design, view_name: ViewName, places: Array, slopes: Array, point: Array) -> Array:
     """Slopes (n, 2) dx/dz, dy/dz of rays from places (n, 3) that pass the mirrors to a point, by Newton's method."""
     instrument = build_instrument(design)
-    path = instrument.path(getattr(design.views, view_name).path)
+    path = instrument.path(design.views.by_name[view_name].path)
 
     def miss(trial: Array) -> Array:
         """How far (n, 3) the exit rays pass from the point, per distance to it."""
         ahead = np.column_stack([trial, np.ones(len(trial))])
         ahead /= np.linalg.norm(ahead, axis=1)[:, None]
         trace = trace_sequential(instrument, path, ahead, places, apertures=False)
-        offset = point - trace.point
-        along = np.einsum("ni,ni->n", offset, trace.direction)
-        return np.asarray((offset - along[:, None] * trace.direction) / along[:, None])
+        left = leave_housing(design.tube, trace.point, trace.direction)
+        offset = point - left.point
+        along = np.einsum("ni,ni->n", offset, left.direction)
+        return np.asarray((offset - along[:, None] * left.direction) / along[:, None])
 
     steps = AIMING_STEP_RAD * np.eye(2)
     for _ in range(AIMING_STEPS):

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from designer.design import Camera, Design
 from designer.imaging.render.camera_rays import Array, angular_spacing, is_in_field, on_sensor, stretched_area
-from designer.imaging.render.lens import Lens, Pupil, diffract, pupil_of
+from designer.imaging.render.lens import Pupil, RenderedLens, diffract, pupil_of
 from designer.imaging.render.passage import (
     BLACK_PARTS_RADIANCE,
     UNKNOWN,
@@ -28,7 +28,7 @@ from designer.imaging.render.passage import (
     pencil_terms,
     trace_pupil,
 )
-from designer.imaging.render.scenes.world import Rays, World, first_surfaces_on, radiance
+from designer.imaging.render.scenes.world import SceneRays, World, first_surfaces_on, radiance
 from designer.imaging.render.sensor import Sensor, sensor_of
 from designer.imaging.render.textures import Floats
 from designer.imaging.render.threads import for_each
@@ -96,7 +96,9 @@ class Optics:
         return cls(sensor, pupil_of(sensor.camera), passage, angular_spacing(design, nominal))
 
 
-def render_full_aperture(design: Design, worlds: Sequence[World], samples: int, lens: Lens, seed: int) -> list[Floats]:
+def render_full_aperture(
+    design: Design, worlds: Sequence[World], samples: int, lens: RenderedLens, seed: int
+) -> list[Floats]:
     """The images (h, w) of worlds through the pupil and a lens; ``samples`` squared rays for each pixel."""
     optics = Optics.of(design)
     camera = optics.sensor.camera
@@ -108,14 +110,14 @@ def render_full_aperture(design: Design, worlds: Sequence[World], samples: int, 
             for image, values in zip(images, radiances, strict=True):
                 image[rows, columns] = values
 
-    for_each(work, _blocks(camera, samples**2, optics.sensor.built is None))
+    for_each(work, _blocks(camera, samples**2, optics.sensor.is_round))
     if lens.wavelength_nm is None:
         return images
     return [diffract(image, camera, lens.wavelength_nm) for image in images]
 
 
 def render_block(
-    optics: Optics, worlds: Sequence[World], block: PixelBlock, samples: int, lens: Lens, turn: float
+    optics: Optics, worlds: Sequence[World], block: PixelBlock, samples: int, lens: RenderedLens, turn: float
 ) -> Iterator[tuple[Pixels, Pixels, list[Floats]]]:
     """Rows, columns and, for each world, radiances (n,) of the pixels of a block, for each of its reflections.
 
@@ -128,13 +130,15 @@ def render_block(
     trace = trace_pupil(optics.passage, sensor.instrument, radii, ahead, starts)
     share = lens.transmission(ahead, trace.reflections, stretched_area(sensor.camera, radii))
     free = np.flatnonzero(trace.leaves)
+    left = sensor.leaving(trace.exit_point[free], trace.exit_direction[free])
+    free = free[left.is_free]
     pencil = pencil_terms(optics.passage, trace, radii)[:, free]
     footprint = Footprint.of(optics.spacing(radii[free]), pencil, samples, optics.pupil.radius_mm)
-    exits = sensor.in_world(trace.exit_point[free], trace.exit_direction[free])
+    exits = (left.point[left.is_free], left.direction[left.is_free])
     points, directions = (np.ascontiguousarray(vectors.T) for vectors in exits)
     for symmetry in block.symmetries:
         radiances = []
-        rays = Rays.of(symmetry.of(points), symmetry.of(directions))
+        rays = SceneRays.of(symmetry.of(points), symmetry.of(directions))
         for world in worlds:
             seen = np.full(len(share), BLACK_PARTS_RADIANCE, dtype=np.float32)
             hits = first_surfaces_on(world, rays)

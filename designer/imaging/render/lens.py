@@ -27,7 +27,7 @@ PADDING_PX = 32
 
 
 @dataclass(frozen=True, slots=True)
-class Lens:
+class RenderedLens:
     """How light passes glass and mirrors; the pupil's size and the focus distance are the camera's.
 
     ``wavelength_nm`` is that of diffraction, None for none. ``mirror_reflectivity`` counts once for each reflection:
@@ -57,12 +57,12 @@ class Lens:
 PINHOLE_SAMPLES, LENS_SAMPLES = 2, 3
 
 
-def default_samples(lens: Lens | None) -> int:
+def default_samples(lens: RenderedLens | None) -> int:
     """Rays along each side of a pixel that are enough, through the pupil of a lens or, without one, a pinhole."""
     return PINHOLE_SAMPLES if lens is None else LENS_SAMPLES
 
 
-LOSSLESS = Lens(wavelength_nm=None, mirror_reflectivity=1.0, has_natural_vignetting=False)
+LOSSLESS = RenderedLens(wavelength_nm=None, mirror_reflectivity=1.0, has_natural_vignetting=False)
 """A lens of which only pupil and focus count."""
 
 

@@ -24,9 +24,9 @@ from designer.imaging.render.camera_rays import (
     stretched_area,
 )
 from designer.imaging.render.full_aperture import render_full_aperture
-from designer.imaging.render.lens import LOSSLESS, Lens, Pupil, pupil_of
+from designer.imaging.render.lens import LOSSLESS, Pupil, RenderedLens, pupil_of
 from designer.imaging.render.passage import BLACK_PARTS_RADIANCE
-from designer.imaging.render.scenes.world import Array, Rays, World, first_surfaces_on, radiance
+from designer.imaging.render.scenes.world import Array, SceneRays, World, first_surfaces_on, radiance
 from designer.imaging.render.sensor import Sensor, sensor_of
 from designer.imaging.render.textures import Floats
 from designer.imaging.render.threads import for_each
@@ -77,7 +77,7 @@ def render(
     samples: int = 2,
     aperture: bool = False,
     seed: int = 0,
-    lens: Lens | None = None,
+    lens: RenderedLens | None = None,
 ) -> Floats:
     """The image (h, w) that the camera records of one world; the parameters are those of :func:`render_all`."""
     return render_all(design, (world,), samples=samples, aperture=aperture, seed=seed, lens=lens)[0]
@@ -90,7 +90,7 @@ def render_all(
     samples: int = 2,
     aperture: bool = False,
     seed: int = 0,
-    lens: Lens | None = None,
+    lens: RenderedLens | None = None,
 ) -> list[Floats]:
     """The images (h, w) that the camera records of worlds, radiance 0 to 1, without sensor noise; traced once.
 
@@ -168,19 +168,19 @@ def ground_truth(design: Design, world: World) -> GroundTruth:
     return GroundTruth(view, point, distance, surface)
 
 
-# The mirrors and the camera of a design are round and centred on the image, so a trace in one quadrant of the image
-# holds in the other three, reflected.
+# The mirrors, the camera and the tube of a design are round and centred on the image, so a trace in one quadrant of the
+# image holds in the other three, reflected.
 _REFLECTIONS = ((False, False), (True, False), (False, True), (True, True))
 
 
 def _reflections(sensor: Sensor) -> tuple[tuple[bool, bool], ...]:
     """How parts of the image that are traced are reflected: right for left or not, top for bottom or not."""
-    return _REFLECTIONS if sensor.built is None else _REFLECTIONS[:1]
+    return _REFLECTIONS if sensor.is_round else _REFLECTIONS[:1]
 
 
 def _pixel_blocks(sensor: Sensor, rays_per_pixel: int) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
     """Rows and columns of the pixels that the lens lights and that are traced, in blocks."""
-    camera, half = sensor.camera, sensor.built is None
+    camera, half = sensor.camera, sensor.is_round
     height, width = ((side + 1) // 2 if half else side for side in (camera.height_px, camera.width_px))
     rows, columns = np.mgrid[0:height, 0:width]
     rows, columns = rows.ravel(), columns.ravel()
@@ -200,16 +200,19 @@ def _reflected(
     )
 
 
-def _leaving(sensor: Sensor, trace: FirstHitTrace, mirror_u: bool, mirror_v: bool) -> tuple[Rays, NDArray[np.intp]]:
+def _leaving(
+    sensor: Sensor, trace: FirstHitTrace, mirror_u: bool, mirror_v: bool
+) -> tuple[SceneRays, NDArray[np.intp]]:
     """The rays that leave the sensor for the world, and their indices."""
     free = np.flatnonzero(trace.status == Status.ESCAPED)
     signs = np.array([-1.0 if mirror_u else 1.0, -1.0 if mirror_v else 1.0, 1.0])[:, None]
-    exits = sensor.in_world(trace.exit_point[free], trace.exit_direction[free])
+    left = sensor.leaving(trace.exit_point[free], trace.exit_direction[free])
+    exits = (left.point[left.is_free], left.direction[left.is_free])
     points, directions = (np.multiply(vectors.T, signs, order="C") for vectors in exits)
-    return Rays.of(points, directions), free
+    return SceneRays.of(points, directions), free[left.is_free]
 
 
-def _seen(world: World, rays: Rays, free: NDArray[np.intp], spacing: Array) -> Floats:
+def _seen(world: World, rays: SceneRays, free: NDArray[np.intp], spacing: Array) -> Floats:
     """Radiance (n,) along traced rays: of the world on those that are ``free``, of black parts on the others."""
     seen = np.full(spacing.shape, BLACK_PARTS_RADIANCE, dtype=np.float32)
     hits = first_surfaces_on(world, rays)

@@ -1,7 +1,8 @@
 """What a render traces: the camera and the surfaces of a design, or of the sensor that was built to it.
 
 A built sensor (``as_built`` in the design file) is traced in the frame of its own camera; its rays are taken to the
-design's frame, where the scene stands. It is round about no axis, so that every part of its image is traced.
+design's frame, where the scene stands. It is round about no axis, so that every part of its image is traced, and so is
+that of a sensor between struts. A tube refracts what leaves; what its walls reflect or absorb is left out.
 """
 
 from __future__ import annotations
@@ -11,9 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from designer.design import Camera, Design
+from designer.housing import Struts, Tube
 from designer.imaging.render.camera_rays import Array, on_sensor, ray_directions
 from designer.imaging.render.lens import Pupil
 from designer.trace.built import BuiltInstrument, build_as_built
+from designer.trace.housing import Left, leave_housing
 from designer.trace.instrument import Instrument, build_instrument
 
 UNDISTORTING_STEPS = 8
@@ -21,13 +24,19 @@ UNDISTORTING_STEPS = 8
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """A camera and its instrument; ``built`` is None for a sensor that is as designed."""
+    """A camera, its instrument and its housing; ``built`` is None for a sensor that is as designed."""
 
     camera: Camera
     instrument: Instrument
     built: BuiltInstrument | None
     radial_distortion: float
     image_shift_px: tuple[float, float] = (0.0, 0.0)
+    housing: Tube | Struts | None = None
+
+    @property
+    def is_round(self) -> bool:
+        """Whether a quadrant of the image, reflected, makes the others."""
+        return self.built is None and not isinstance(self.housing, Struts)
 
     def directions(self, u: Array, v: Array, starts: Array | None, pupil: Pupil | None) -> Array:
         """Unit directions (n, 3), in the camera's frame, of the rays through image places in px."""
@@ -36,11 +45,11 @@ class Sensor:
             u, v = self._undistorted(u, v)
         return ray_directions(self.camera, u, v, starts, pupil)
 
-    def in_world(self, points: Array, directions: Array) -> tuple[Array, Array]:
-        """Points and directions (n, 3) of the camera's frame in the design's."""
-        if self.built is None:
-            return points, directions
-        return self.built.points_in_world(points), self.built.directions_in_world(directions)
+    def leaving(self, points: Array, directions: Array) -> Left:
+        """Rays (n, 3) of the camera's frame, behind the last mirror, as they leave the housing in the design's."""
+        if self.built is not None:
+            points, directions = self.built.points_in_world(points), self.built.directions_in_world(directions)
+        return leave_housing(self.housing, points, directions)
 
     def _undistorted(self, u: Array, v: Array) -> tuple[Array, Array]:
         """Where a lens without distortion images the same rays: tan(psi) from t + k t^3 = r/f, by Newton's method."""
@@ -57,7 +66,7 @@ class Sensor:
 def sensor_of(design: Design) -> Sensor:
     """The sensor of a design: as it was built, if the design says how."""
     if design.as_built is None:
-        return Sensor(design.camera, build_instrument(design), None, 0.0)
+        return Sensor(design.camera, build_instrument(design), None, 0.0, housing=design.housing)
     built = build_as_built(design)
     departure = design.as_built.camera
     return Sensor(
@@ -66,6 +75,7 @@ def sensor_of(design: Design) -> Sensor:
         built,
         departure.radial_distortion,
         (departure.image_shift_x_px, departure.image_shift_y_px),
+        design.housing,
     )
 
 

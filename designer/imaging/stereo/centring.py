@@ -61,7 +61,7 @@ def find_centre(
     require_matched(matched, reach_px)
     for _ in range(MOST_STEPS):
         off = _offset(coarse_rig(design, found, distances_mm), raw, options)
-        found = moved(found, float(-off[0]), float(-off[1]))
+        found = with_centre_moved(found, float(-off[0]), float(-off[1]))
         if np.hypot(*off) < LAST_STEP_PX:
             break
     return found
@@ -87,7 +87,7 @@ def best_of_grid(
 ) -> tuple[AnyPlacement, float]:
     """The placement that matches most among those moved in steps of 2 pixels, and the share that it matches."""
     steps = np.arange(-reach_px, reach_px + 1e-9, 2.0)
-    tried = [moved(placement, float(across), float(down)) for across in steps for down in steps]
+    tried = [with_centre_moved(placement, float(across), float(down)) for across in steps for down in steps]
     rigs = (coarse_rig(design, place, distances_mm) for place in tried)
     matched = [match_image(rig, raw, options).fractions["kept"] for rig in rigs]
     return tried[int(np.argmax(matched))], max(matched)
@@ -102,10 +102,10 @@ def require_matched(matched: float, reach_px: float) -> None:
         )
 
 
-def moved(placement: AnyPlacement, across_px: float, down_px: float) -> AnyPlacement:
+def with_centre_moved(placement: AnyPlacement, across_px: float, down_px: float) -> AnyPlacement:
     """The placement with its centre, or the centres of both views, moved."""
     if isinstance(placement, ViewPlacements):
-        upper, lower = (moved(one, across_px, down_px) for one in (placement.upper, placement.lower))
+        upper, lower = (with_centre_moved(one, across_px, down_px) for one in (placement.upper, placement.lower))
         return replace(placement, upper=upper, lower=lower)
     u, v = placement.center_px
     return replace(placement, center_px=(u + across_px, v + down_px))

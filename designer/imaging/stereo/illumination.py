@@ -38,7 +38,7 @@ def brightening(
         tangent = image_radius(slope, image.gain, distance, image.sense) / distance
         cosine = 1.0 / np.sqrt(1.0 + tangent * tangent)
         along, across = image.law.stretch(image.gain * half_angle_tangent(slope, image.sense))
-        reflections = len(getattr(design.views, name).path)
+        reflections = len(design.views.by_name[name].path)
         light[name] = relative_illumination(cosine, reflections, mirror_reflectivity, np.abs(along * across))
     most = max(float(share.max()) for share in light.values())
     return {name: np.minimum(most / share, LARGEST_FACTOR) for name, share in light.items()}

@@ -15,20 +15,20 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from enum import IntEnum
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from designer.design import PerView
+from designer.evaluate.noise import Matcher
 from designer.files import InputError
 from designer.imaging.images import Image
 from designer.imaging.stereo.costs import LARGEST_WINDOW, UNSEARCHED, equiangular_fit, least_sums, sums_beside
 from designer.imaging.stereo.panorama import AZIMUTH_PADDING, PanoramaGrid
 from designer.imaging.stereo.reconstruction import disparity_from_distance, distance_map
-from designer.imaging.stereo.refinement import refine
-
-Matcher = Literal["sad", "semi_global"]
+from designer.imaging.stereo.refinement import refine_disparities
 
 
 class MatchOutcome(IntEnum):
@@ -145,7 +145,7 @@ def match(
     search: SearchRange,
     upper: Image,
     lower: Image,
-    imaged: tuple[NDArray[np.bool_], NDArray[np.bool_]] | None = None,
+    imaged: PerView[NDArray[np.bool_]] | None = None,
     options: MatchingOptions = DEFAULT_OPTIONS,
 ) -> Matches:
     """Match every pixel of the upper panorama with the lower one.
@@ -155,7 +155,7 @@ def match(
     upper, lower
         Grey scan lines of both views, (columns + 2 AZIMUTH_PADDING, rows).
     imaged
-        Which samples the upper and the lower view image, each (columns, rows); all of them by default.
+        Which samples each view images, (columns, rows); all of them by default.
 
     Raises
     ------
@@ -176,7 +176,7 @@ def match(
     def match_part(columns: slice) -> None:
         padded = slice(columns.start, columns.stop + 2 * AZIMUTH_PADDING)
         found = _least_differences(search, upper[padded], lower[padded], options) if whole is None else whole[columns]
-        seen = None if imaged is None else (imaged[0][columns], imaged[1][columns])
+        seen = None if imaged is None else PerView(upper=imaged.upper[columns], lower=imaged.lower[columns])
         part = _judged(grid, search, found, upper[padded], seen, options)
         matches.disparities[columns], matches.distances_mm[columns], matches.outcomes[columns] = part
 
@@ -186,7 +186,7 @@ def match(
     if options.speckle_size:
         _drop(matches, _speckles(matches.disparities, options), MatchOutcome.SPECKLE)
     if options.follow_slants:
-        matches.disparities[:] = refine(matches.disparities, upper, lower, options.window)
+        matches.disparities[:] = refine_disparities(matches.disparities, upper, lower, options.window)
         matches.distances_mm[:] = distance_map(grid, matches.disparities, search.baseline_mm)
         near, far = search.distances_mm
         _drop(matches, (matches.distances_mm < near) | (matches.distances_mm > far), MatchOutcome.OUT_OF_RANGE)
@@ -277,7 +277,7 @@ def _judged(
     search: SearchRange,
     candidates: _Candidates,
     upper: Image,
-    imaged: tuple[NDArray[np.bool_], NDArray[np.bool_]] | None,
+    imaged: PerView[NDArray[np.bool_]] | None,
     options: MatchingOptions,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint8]]:
     """Disparities, distances and outcomes of some columns, all but the search for speckles."""
@@ -301,7 +301,7 @@ def _judged(
             explained = np.maximum(contrast * np.float32(options.largest_difference), np.float32(options.noise_floor))
             reasons[MatchOutcome.UNLIKE] = candidates.remaining > explained * np.float32(options.window**2)
     if imaged is not None:
-        reasons[MatchOutcome.OUTSIDE_ZONE] = ~(imaged[0] & _taken(imaged[1], matched))
+        reasons[MatchOutcome.OUTSIDE_ZONE] = ~(imaged.upper & _taken(imaged.lower, matched))
     outcomes = np.zeros(whole.shape, np.uint8)
     for outcome, applies in reasons.items():
         np.maximum(outcomes, applies.view(np.uint8) * np.uint8(outcome), out=outcomes)

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from designer.design import Camera, Design, Sense, ViewName
 from designer.optics.image_law import PERSPECTIVE, ImageLaw, image_law_of
+from designer.optics.tube import Wall, slope_towards, wall_of
 from designer.optics.view import elevation_tangent, image_half_tangent, image_radius, image_radius_slope
 
 Floats = NDArray[np.float64]
@@ -32,7 +33,7 @@ class ImagePlacement:
     scale: float = 1.0
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ViewPlacements:
     """How the image of each view lies, where the mirrors of a built sensor do not share an axis."""
 
@@ -50,7 +51,8 @@ class ViewImage:
 
     ``gain``, ``sense`` and ``viewpoint_mm`` are the design's; ``principal_distance_px`` is f in pixels, magnified, and
     ``law`` the lens's.
-    ``slopes`` are the lowest and highest tan(elevation) asked, ``largest_radius_px`` the radius of the usable image.
+    ``slopes`` are the lowest and highest tan(elevation) asked, ``largest_radius_px`` the radius of the usable image;
+    ``wall`` is that of a tube about the mirrors.
     """
 
     viewpoint_mm: float
@@ -62,6 +64,12 @@ class ViewImage:
     largest_radius_px: float
     size_px: tuple[int, int]
     law: ImageLaw = PERSPECTIVE
+    wall: Wall | None = None
+
+    def slope_towards(self, rise_mm: ArrayLike, distance_mm: ArrayLike) -> Floats:
+        """Slope of the ray to points so far above the viewpoint and from the axis, through the wall if there is one."""
+        rise, distance = np.asarray(rise_mm, dtype=float), np.asarray(distance_mm, dtype=float)
+        return np.asarray(rise / distance if self.wall is None else slope_towards(rise, distance, self.wall))
 
     def radius_px(self, slope: ArrayLike) -> Floats:
         """Signed image radius of a direction; negative where the image lies on the other side of the axis."""
@@ -94,7 +102,7 @@ class ViewImage:
         """Pixel (u, v) of points of shape (..., 3) in the frame of the pinhole."""
         points = np.asarray(points_mm, dtype=float)
         distance = np.hypot(points[..., 0], points[..., 1])
-        slope = (points[..., 2] - self.viewpoint_mm) / distance
+        slope = self.slope_towards(points[..., 2] - self.viewpoint_mm, distance)
         return self.pixel_of(slope, np.arctan2(points[..., 1], points[..., 0]))
 
     def is_imaged(self, slope: ArrayLike, azimuth: ArrayLike) -> NDArray[np.bool_]:
@@ -126,7 +134,7 @@ def placement_of_view(placement: Placement, name: ViewName) -> ImagePlacement:
 def view_image(design: Design, name: ViewName, placement: Placement | None = None) -> ViewImage:
     """The image of the upper or lower view of a design, in a camera placed as given (as designed by default)."""
     camera = design.camera
-    view = design.views.upper if name == "upper" else design.views.lower
+    view = design.views.by_name[name]
     placement = placement_of_view(placement or centred(camera), name)
     low, high = (float(np.tan(np.radians(angle))) for angle in view.elevation_deg)
     return ViewImage(
@@ -139,4 +147,5 @@ def view_image(design: Design, name: ViewName, placement: Placement | None = Non
         largest_radius_px=camera.image_radius_mm / camera.pixel_pitch_mm * placement.scale,
         size_px=(camera.width_px, camera.height_px),
         law=image_law_of(camera),
+        wall=wall_of(design),
     )

@@ -61,7 +61,7 @@ def read_placement(path: Path) -> Placement:
     except ValidationError as error:
         raise InputError(describe_validation_error(path, error)) from None
     upper, lower = tables.upper.placement(), tables.lower.placement()
-    return upper if upper == lower else ViewPlacements(upper, lower)
+    return upper if upper == lower else ViewPlacements(upper=upper, lower=lower)
 
 
 def write_placement(path: Path, placement: Placement) -> None:

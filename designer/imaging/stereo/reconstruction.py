@@ -1,9 +1,9 @@
 """From corresponding rows to points: closed-form triangulation and its uncertainty.
 
 A point that the lower viewpoint sees at slope m_l and the upper one at m_u lies at the horizontal distance
-D = b / (m_l - m_u) and the height z_l + D m_l. In a cylindrical panorama rows are equal steps of slope, so D is
-inversely proportional to the disparity; in a spherical one the two slopes are tangents of the rows' elevations.
-The frame is the pinhole's, lengths in mm.
+D = b / (m_l - m_u) and the height z_l + D m_l; seen through the wall of a tube, where :mod:`designer.optics.tube` says.
+In a cylindrical panorama rows are equal steps of slope, so D is inversely proportional to the disparity; in a spherical
+one the two slopes are tangents of the rows' elevations. The frame is the pinhole's, lengths in mm.
 """
 
 from __future__ import annotations
@@ -13,11 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from designer.design import Design
+from designer.design import Design, PerView
 from designer.evaluate.depth import depth_shift_per_scale, noise_mm_of, point_covariance, stereo_pair_of
 from designer.imaging.images import Image
 from designer.imaging.stereo.panorama import PanoramaGrid
 from designer.imaging.stereo.placement import Floats
+from designer.optics.tube import Wall, distance_of, shift_along_axis, wall_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,18 +39,34 @@ class PointCloud:
 
 
 def triangulate(
-    slope_lower: ArrayLike, slope_upper: ArrayLike, lower_viewpoint_mm: float, baseline_mm: float
+    slopes: PerView[ArrayLike],
+    lower_viewpoint_mm: float,
+    baseline_mm: float,
+    wall: Wall | None = None,
 ) -> tuple[Floats, Floats]:
     """Horizontal distance and height (mm) of points from the slopes at which the two viewpoints see them.
 
+    Both are seen through the ``wall`` of a tube, if there is one.
+
     The distance is infinite, and the height not a number, where the lines of sight do not meet.
     """
-    lower, upper = np.asarray(slope_lower, dtype=float), np.asarray(slope_upper, dtype=float)
+    lower, upper = np.asarray(slopes.lower, dtype=float), np.asarray(slopes.upper, dtype=float)
     apart = lower - upper
     meets = apart > 0
-    distance = np.where(meets, baseline_mm / np.where(meets, apart, 1.0), np.inf)
-    height = np.where(meets, lower_viewpoint_mm + np.where(meets, distance, 0.0) * lower, np.nan)
+    with np.errstate(all="ignore"):
+        distance = np.where(meets, np.asarray(distance_of(lower, upper, baseline_mm, wall)), np.inf)
+    shift = 0.0 if wall is None else shift_along_axis(lower, wall)
+    height = np.where(meets, lower_viewpoint_mm + shift + np.where(meets, distance, 0.0) * lower, np.nan)
     return distance, height
+
+
+def matched_slopes(
+    grid: PanoramaGrid, disparities: NDArray[np.float32], columns: NDArray[np.intp], rows: NDArray[np.intp]
+) -> PerView[Floats]:
+    """Slopes at which the views see pixels (n,) of the upper panorama and their matches in the lower one."""
+    return PerView(
+        lower=grid.slope("lower", rows - disparities[columns, rows].astype(float)), upper=grid.slope("upper", rows)
+    )
 
 
 def distance_from_disparity(
@@ -61,7 +78,8 @@ def distance_from_disparity(
     """
     row_upper = np.asarray(row_upper, dtype=float)
     slope_lower = grid.slope("lower", row_upper - np.asarray(disparity, dtype=float))
-    return triangulate(slope_lower, grid.slope("upper", row_upper), 0.0, baseline_mm)[0]
+    slopes = PerView(lower=slope_lower, upper=grid.slope("upper", row_upper))
+    return triangulate(slopes, 0.0, baseline_mm)[0]
 
 
 def disparity_from_distance(
@@ -110,14 +128,14 @@ def reconstruct(
         Standard deviation of a coordinate in the raw image, in each view; the design's own by default.
     """
     columns, rows = np.nonzero(np.isfinite(disparities))
-    slope_upper = grid.slope("upper", rows)
-    slope_lower = grid.slope("lower", rows - disparities[columns, rows].astype(float))
-    distance, height = triangulate(slope_lower, slope_upper, design.views.lower.viewpoint_mm, design.baseline_mm)
+    slopes = matched_slopes(grid, disparities, columns, rows)
+    viewpoint = design.views.lower.viewpoint_mm
+    distance, height = triangulate(slopes, viewpoint, design.baseline_mm, wall_of(design))
     ahead = np.isfinite(distance)
     columns, rows, distance, height = columns[ahead], rows[ahead], distance[ahead], height[ahead]
     azimuth = grid.azimuth(columns)
     noise_mm = noise_mm_of(design) if noise_px is None else noise_px * design.camera.pixel_pitch_mm
-    middle_slope = (slope_lower[ahead] + slope_upper[ahead]) / 2.0
+    middle_slope = (slopes.lower[ahead] + slopes.upper[ahead]) / 2.0
     variances = np.diagonal(
         point_covariance(stereo_pair_of(design), middle_slope, distance, noise_mm), axis1=-2, axis2=-1
     )

@@ -33,7 +33,7 @@ NEIGHBOURHOOD = 3
 LEAST_STEEPNESS = 1e-3
 
 
-def refine(disparities: Map, upper: Image, lower: Image, window: int) -> Map:
+def refine_disparities(disparities: Map, upper: Image, lower: Image, window: int) -> Map:
     """Refine disparities by windows that follow the surface.
 
     Parameters

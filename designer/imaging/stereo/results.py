@@ -9,11 +9,8 @@ not finished.
 from __future__ import annotations
 
 import json
-import platform
-import sys
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -22,12 +19,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from designer import __version__
 from designer.design import Design
+from designer.evaluate.noise import Matcher
 from designer.files import make_folder, write_atomically
 from designer.imaging.images import Image, write_arrays, write_image
 from designer.imaging.stereo.cloud import FloorPlan, floor_plan, heights_at_every_distance
-from designer.imaging.stereo.matching import ACCURATE_OPTIONS, Matcher, Matches, MatchOutcome
+from designer.imaging.stereo.matching import ACCURATE_OPTIONS, Matches, MatchOutcome
 from designer.imaging.stereo.panorama import DEFAULT_COLUMNS, Sampling
 from designer.imaging.stereo.placement import Placement, ViewPlacements
 from designer.imaging.stereo.placement_file import write_placement
@@ -35,7 +32,7 @@ from designer.imaging.stereo.ply import write_ply
 from designer.imaging.stereo.reconstruction import PointCloud, depth_shifts_per_scale
 from designer.imaging.stereo.rig import StereoRig, build_rig, match_image, panoramas, point_cloud
 from designer.notebook_html import html_table, percent
-from designer.own_files import described_inputs
+from designer.own_files import described_inputs, described_run
 
 SUMMARY, PLACEMENT = "summary.json", "placement.toml"
 # Blue, green, red of each outcome in outcomes.png; kept pixels are white. Legible to the colour-blind.
@@ -148,7 +145,8 @@ def write_results(result: StereoResult, request: StereoRequest, folder: Path, in
     if result.rig.is_traced:
         (folder / PLACEMENT).unlink(missing_ok=True)
     else:
-        write_placement(folder / PLACEMENT, ViewPlacements(images["upper"].placement, images["lower"].placement))
+        apart = ViewPlacements(upper=images["upper"].placement, lower=images["lower"].placement)
+        write_placement(folder / PLACEMENT, apart)
     grid = result.rig.grid
     rows = np.arange(grid.rows)
     write_arrays(
@@ -212,16 +210,8 @@ def _summary(
         "equalisation_sigma_px": result.rig.sigma_px,
         "request": asdict(request),
         "provenance": {
-            "designer": __version__,
-            "versions": {
-                "python": platform.python_version(),
-                "numpy": np.__version__,
-                "scipy": version("scipy"),
-                "opencv": cv2.__version__,
-            },
+            **described_run({"numpy": np.__version__, "scipy": version("scipy"), "opencv": cv2.__version__}),
             "inputs": described_inputs(inputs),
             "placements": {view: asdict(image.placement) for view, image in result.rig.images.items()},
-            "command": " ".join(["designer", *sys.argv[1:]]),
-            "finished": datetime.now(UTC).isoformat(timespec="seconds"),
         },
     }

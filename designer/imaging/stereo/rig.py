@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from designer.design import VIEW_NAMES, Design, ViewName
+from designer.design import VIEW_NAMES, Design, PerView, ViewName
 from designer.files import InputError
 from designer.imaging.images import Image
 from designer.imaging.stereo.equalisation import (
@@ -32,8 +32,9 @@ from designer.imaging.stereo.panorama import (
     view_images,
 )
 from designer.imaging.stereo.placement import Placement, ViewImage
-from designer.imaging.stereo.reconstruction import PointCloud, reconstruct
-from designer.imaging.stereo.traced_view import TracedView, midpoints, traced_views
+from designer.imaging.stereo.reconstruction import PointCloud, matched_slopes, reconstruct, triangulate
+from designer.imaging.stereo.traced_view import TracedViewImage, midpoints, traced_views
+from designer.optics.tube import wall_of
 
 # How far beyond the working volume, as a factor of distance, a match is still believed.
 RANGE_MARGIN = 1.1
@@ -43,7 +44,7 @@ RANGE_MARGIN = 1.1
 class StereoRig:
     """Everything about a design that processing an image needs, built once by :func:`build_rig`.
 
-    ``imaged`` is None where every sample of both panoramas is imaged, else which ones are, upper and lower.
+    ``imaged`` is None where every sample of both panoramas is imaged, else which ones are in each.
     ``equalisers`` is None for plain bilinear sampling; ``sigma_px`` is then None too. ``brightening`` holds a factor
     for each row of both panoramas, (rows,); None leaves them as bright as they were recorded.
     """
@@ -53,7 +54,7 @@ class StereoRig:
     images: dict[ViewName, ViewImage]
     tables: dict[ViewName, LookUp]
     search: SearchRange
-    imaged: tuple[NDArray[np.bool_], NDArray[np.bool_]] | None
+    imaged: PerView[NDArray[np.bool_]] | None
     equalisers: dict[ViewName, Equaliser] | None
     sigma_px: float | None
     brightening: dict[ViewName, Floats] | None = None
@@ -61,7 +62,7 @@ class StereoRig:
     @property
     def is_traced(self) -> bool:
         """Whether the tables are those of a built sensor."""
-        return isinstance(self.images["upper"], TracedView)
+        return isinstance(self.images["upper"], TracedViewImage)
 
 
 def build_rig(
@@ -109,10 +110,14 @@ def build_rig(
     near, far = design.working_volume.distance_mm
     grid = panorama_grid(design, sampling, columns, elevation_deg)
     images = traced_views(design) if as_built else view_images(design, placement)
-    search = search_range(grid, design.baseline_mm, distances_mm or (near / RANGE_MARGIN, far * RANGE_MARGIN))
+    nearest, farthest = distances_mm or (near / RANGE_MARGIN, far * RANGE_MARGIN)
+    if design.tube is not None:
+        # Before correction, points come out nearer by less than the wall is thick.
+        nearest = max(nearest - design.tube.wall_mm, nearest / 2.0)
+    search = search_range(grid, design.baseline_mm, (nearest, farthest))
     tables = {view: look_up(grid, images[view], view) for view in VIEW_NAMES}
-    imaged = (tables["upper"].imaged, tables["lower"].imaged)
-    if not (imaged[0].any() or imaged[1].any()):
+    imaged = PerView(upper=tables["upper"].imaged, lower=tables["lower"].imaged)
+    if not (imaged.upper.any() or imaged.lower.any()):
         raise InputError(
             "neither view's image falls on the sensor: check --center (or --placement), --scale and --elevation-deg"
         )
@@ -122,7 +127,7 @@ def build_rig(
         widths = factors_of_rows(grid, images, inner, reference_distance_mm or 2.0 / (1.0 / near + 1.0 / far))
         sigma_px = sigma_px or reference_sigma_px(grid, images, widths)
         equalisers = {view: build_equaliser(grid, images[view], view, widths[view], sigma_px) for view in VIEW_NAMES}
-    partly = None if imaged[0].all() and imaged[1].all() else imaged
+    partly = None if imaged.upper.all() and imaged.lower.all() else imaged
     factors = None if mirror_reflectivity is None else brightening(design, grid, images, mirror_reflectivity)
     return StereoRig(design, grid, images, tables, search, partly, equalisers, sigma_px if equalise else None, factors)
 
@@ -162,19 +167,28 @@ def match_image(rig: StereoRig, raw: Image, options: MatchingOptions = DEFAULT_O
     """Disparities, distances and outcomes of a raw image; colour is matched in grey."""
     lines = sample(rig, in_grey(raw))
     matches = match(rig.grid, rig.search, lines["upper"], lines["lower"], rig.imaged, options)
-    if rig.is_traced:
+    if rig.is_traced or rig.design.tube is not None:
         columns, rows = np.nonzero(np.isfinite(matches.distances_mm))
-        points = points_of(rig, matches.disparities, columns, rows)
-        matches.distances_mm[columns, rows] = np.hypot(points[:, 0], points[:, 1])
+        matches.distances_mm[columns, rows] = _distances_of(rig, matches.disparities, columns, rows)
     return matches
+
+
+def _distances_of(
+    rig: StereoRig, disparities: NDArray[np.float32], columns: NDArray[np.intp], rows: NDArray[np.intp]
+) -> Floats:
+    """Distances (n,) in mm of pixels of the upper panorama, where disparity and baseline alone do not give them."""
+    if rig.is_traced:
+        return np.asarray(np.hypot(*points_of(rig, disparities, columns, rows)[:, :2].T))
+    slopes = matched_slopes(rig.grid, disparities, columns, rows)
+    return triangulate(slopes, 0.0, rig.design.baseline_mm, wall_of(rig.design))[0]
 
 
 def points_of(
     rig: StereoRig, disparities: NDArray[np.float32], columns: NDArray[np.intp], rows: NDArray[np.intp]
 ) -> Floats:
     """Where the traced rays behind pixels (n,) of the upper panorama and behind their matches meet: (n, 3) in mm."""
-    slope_lower = rig.grid.slope("lower", rows - disparities[columns, rows].astype(float))
-    return midpoints(rig.images, rig.grid.slope("upper", rows), slope_lower, rig.grid.azimuth(columns))
+    slopes = matched_slopes(rig.grid, disparities, columns, rows)
+    return midpoints(rig.images, slopes, rig.grid.azimuth(columns))
 
 
 def point_cloud(

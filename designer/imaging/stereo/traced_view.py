@@ -23,7 +23,7 @@ from designer.as_built.built import refuse_unbuildable
 from designer.as_built.parameters import values_of
 from designer.as_built.projection import linearise, project, targets_of
 from designer.departures import AsBuilt
-from designer.design import VIEW_NAMES, Design, ViewName
+from designer.design import VIEW_NAMES, Design, PerView, ViewName
 from designer.files import InputError
 from designer.imaging.stereo.placement import Floats, ViewImage, view_image
 
@@ -63,7 +63,7 @@ class Departed:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TracedView(ViewImage):
+class TracedViewImage(ViewImage):
     """A view of a built sensor; ``placement`` is that of the design."""
 
     departed: Departed | None = None
@@ -111,20 +111,22 @@ def traced_views(design: Design) -> dict[ViewName, ViewImage]:
     InputError
         A view is blind, in part of its elevations or in most of the working volume, or parts touch each other.
     """
+    if design.tube is not None:
+        raise InputError(
+            "as_built: a built sensor behind the wall of a tube is not traced back from images: take the table housing "
+            "or the table as_built out of the design file"
+        )
     refuse_unbuildable(design)
     return {view: _traced_view(design, view) for view in VIEW_NAMES}
 
 
-def midpoints(
-    images: Mapping[ViewName, ViewImage], slope_upper: Floats, slope_lower: Floats, azimuth: Floats
-) -> NDArray[np.float64]:
+def midpoints(images: Mapping[ViewName, ViewImage], slopes: PerView[Floats], azimuth: Floats) -> NDArray[np.float64]:
     """The points (n, 3) in mm halfway between two traced rays where they are nearest; NaN where they part.
 
     Slopes and azimuth (n,) are those of the panoramas' rows and column.
     """
-    (start_u, ahead_u), (start_l, ahead_l) = (
-        _ray(image, slope, azimuth) for image, slope in ((images["upper"], slope_upper), (images["lower"], slope_lower))
-    )
+    start_u, ahead_u = _ray(images["upper"], slopes.upper, azimuth)
+    start_l, ahead_l = _ray(images["lower"], slopes.lower, azimuth)
     offset = start_l - start_u
     uu, ll, ul = (
         np.einsum("...i,...i", *pair) for pair in ((ahead_u, ahead_u), (ahead_l, ahead_l), (ahead_u, ahead_l))
@@ -147,12 +149,12 @@ def _is_table(slope: Floats, azimuth: Floats) -> bool:
 
 
 def _ray(image: ViewImage, slope: Floats, azimuth: Floats) -> tuple[Floats, Floats]:
-    if not isinstance(image, TracedView):
+    if not isinstance(image, TracedViewImage):
         raise TypeError("only a traced view has rays of its own")
     return image.ray_of(slope, azimuth)
 
 
-def _traced_view(design: Design, view: ViewName) -> TracedView:
+def _traced_view(design: Design, view: ViewName) -> TracedViewImage:
     plain = view_image(design, view)
     near, far = design.working_volume.distance_mm
     reference = 2.0 / (1.0 / near + 1.0 / far)
@@ -181,4 +183,4 @@ def _traced_view(design: Design, view: ViewName) -> TracedView:
     right_px, down_px = u + u0 + camera.image_shift_x_px - designed_u, v + v0 + camera.image_shift_y_px - designed_v
     splines = (RectBivariateSpline(azimuths, elevations, part) for part in (right_px, down_px, aside, steeper))
     departed = Departed(reference, (float(low), float(high)), *splines)
-    return TracedView(**{each.name: getattr(plain, each.name) for each in fields(plain)}, departed=departed)
+    return TracedViewImage(**{each.name: getattr(plain, each.name) for each in fields(plain)}, departed=departed)

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from designer.design import VIEW_NAMES, Design
+from designer.design import VIEW_NAMES, Design, PerView
 from designer.imaging.images import Image
 from designer.imaging.stereo.centring import (
     LAST_STEP_PX,
@@ -63,14 +63,14 @@ class FoundCentres:
     """What an image tells of the centres of its two views.
 
     ``placement`` is one for both views where the image does not show two, else one for each.
-    ``standard_errors_px`` are those of the upper and of the lower centre, each the root mean square of right and down,
+    ``standard_errors_px`` are those of the views' centres, each the root mean square of right and down,
     and ``turn_error_rad`` that of the relative turn; None where the image does not determine them. They are those of
     noise: where the texture is much coarser than the matching window, matches err together by several times as much.
     ``note`` says why the centres were moved together, and is empty where they were not.
     """
 
     placement: Placement
-    standard_errors_px: tuple[float, float] | None
+    standard_errors_px: PerView[float] | None
     turn_error_rad: float | None
     note: str
 
@@ -103,7 +103,7 @@ def find_centres(
     """
     options = options_for_centring(options)
     start, matched = best_of_grid(design, raw, placement, reach_px, distances_mm, options)
-    found = ViewPlacements(placement_of_view(start, "upper"), placement_of_view(start, "lower"))
+    found = ViewPlacements(upper=placement_of_view(start, "upper"), lower=placement_of_view(start, "lower"))
     for reach in _REACHES:
         rig = coarse_rig(design, found, distances_mm)
         shifts, columns, rows, rows_lower = column_shifts(rig, raw, reach, options)
@@ -128,7 +128,9 @@ def find_centres(
         # Which pixels match changes a little with every step, so that steps do not fade out entirely.
         if np.all(np.abs(solution.amounts[:4]) < np.maximum(LAST_STEP_PX, 0.1 * errors[:4])):
             break
-    of_centres = float(np.hypot(*errors[:2]) / np.sqrt(2.0)), float(np.hypot(*errors[2:4]) / np.sqrt(2.0))
+    of_centres = PerView(
+        upper=float(np.hypot(*errors[:2]) / np.sqrt(2.0)), lower=float(np.hypot(*errors[2:4]) / np.sqrt(2.0))
+    )
     if isinstance(placement, ViewPlacements) or _differ(found, placement.rotation_rad, solution.covariance):
         return FoundCentres(found, of_centres, float(errors[4]), "")
     one = find_centre(design, raw, placement, reach_px, distances_mm, options)
@@ -166,7 +168,7 @@ def column_shifts(
     disparities = np.zeros_like(costs)
     for place, shift in enumerate(shifts):
         lower = np.pad(np.roll(inner, shift, axis=0), ((AZIMUTH_PADDING, AZIMUTH_PADDING), (0, 0)), mode="wrap")
-        imaged = None if rig.imaged is None else (rig.imaged[0], np.roll(rig.imaged[1], shift, axis=0))
+        imaged = None if rig.imaged is None else replace(rig.imaged, lower=np.roll(rig.imaged.lower, shift, axis=0))
         matches = match(grid, rig.search, lines["upper"], lower, imaged, options)
         remaining = cv2.absdiff(lines["upper"], lower_as_upper(lower, matches))
         window = (options.window, options.window)
@@ -227,8 +229,8 @@ def _corrected(placements: ViewPlacements, off: Floats) -> ViewPlacements:
     upper, lower = placements.upper, placements.lower
     (u, v), (u_lower, v_lower) = upper.center_px, lower.center_px
     return ViewPlacements(
-        replace(upper, center_px=(float(u - off[0]), float(v - off[1]))),
-        replace(
+        upper=replace(upper, center_px=(float(u - off[0]), float(v - off[1]))),
+        lower=replace(
             lower,
             center_px=(float(u_lower - off[2]), float(v_lower - off[3])),
             rotation_rad=float(lower.rotation_rad - off[4]),

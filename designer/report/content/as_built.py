@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from designer.report.content.tables import percent, percent_decimals
-from designer.report.figures.registry import AS_BUILT, Drawing, study_figures
+from designer.report.content.tables import in_percent, percent_decimals
+from designer.report.figures.registry import AS_BUILT, DrawnFigure, study_figures
 from designer.study.study import Study
-from designer.study.tolerances import Departure, Forgiveness, StudyTolerances
+from designer.study.tolerances import Forgiveness, RecordedImpact, StudyTolerances
 from designer.typesetting.markup import DASH, call, cells, literal, number, text, typographic
 
 SHOWN_IMPACTS = 12
 """The departures of the winner that are listed, the worst first."""
 
 
-def as_built(study: Study, drawings: Mapping[str, Drawing]) -> str:
+def as_built(study: Study, drawings: Mapping[str, DrawnFigure]) -> str:
     """Yield and depth error of sensors built to one set of tolerances; nothing if none was asked for."""
     found = study.tolerances
     if found is None or not found.designs:
@@ -55,9 +55,10 @@ def most_forgiving_in_words(found: StudyTolerances) -> str:
 def _introduction(found: StudyTolerances) -> str:
     named = f"the {found.name} grade" if found.name in ("coarse", "standard", "precision") else found.name
     return (
-        f"{found.trials} sensors of each of the best designs, built within the tolerances of {named} and calibrated "
-        "(image centre, scale and rotation of each view), by ray tracing. A sensor is good if its depth error is at "
-        f"most {100 * found.growth:g} % larger than designed and its blur stays within the design's limits."
+        f"{found.trials} sensors of each of the best designs, and of the most forgiving of the others if that forgives "
+        f"more, built within the tolerances of {named} and calibrated (image centre, scale and rotation of each "
+        f"view), by ray tracing. A sensor is good if its depth error is at most {100 * found.growth:g} % larger than "
+        "designed and its blur stays within the design's limits."
     )
 
 
@@ -76,7 +77,7 @@ def _designs(study: Study, found: StudyTolerances) -> str:
             [
                 rank,
                 each.configuration,
-                percent(each.depth_error_as_designed, decimals),
+                in_percent(each.depth_error_as_designed, decimals),
                 _or_none(each.median, decimals),
                 _or_none(each.high, decimals),
                 f"{number(100 * (each.good or 0.0), 1)} ({number(100 * low, 1)} to {number(100 * high, 1)})",
@@ -108,7 +109,7 @@ def _impacts(first: Forgiveness) -> str:
     return f"#figure({table.removeprefix('#')}, kind: table, caption: [{caption}])"
 
 
-def _impact(impact: Departure) -> list[str]:
+def _impact(impact: RecordedImpact) -> list[str]:
     unit = f" {impact.unit.replace('deg', '°')}" if impact.unit else ""
     if impact.allowed is None:
         allowed = "any" if impact.is_harmless else "unknown"
@@ -132,8 +133,8 @@ def _reading(found: StudyTolerances) -> str:
 
 
 def _or_none(value: float | None, decimals: int) -> str:
-    return "no depth" if value is None else percent(value, decimals)
+    return "no depth" if value is None else in_percent(value, decimals)
 
 
 def _percent(value: float | None) -> str:
-    return "no depth" if value is None else f"{percent(value, percent_decimals([value], significant=4))} %"
+    return "no depth" if value is None else f"{in_percent(value, percent_decimals([value], significant=4))} %"

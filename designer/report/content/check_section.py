@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from designer.report.content.tables import percent
+from designer.report.content.tables import in_percent
 from designer.report.figures.registry import CHECK_BOTTOM, CHECK_TOP, CHECK_WIDE, check_figures
 from designer.report.figures.style import length_unit
 from designer.study.checked import CheckedBand, CheckedDesign, CheckedNoise, CheckVerdict
@@ -60,7 +60,7 @@ def _summary(verdict: CheckVerdict) -> str:
     sentences = [
         f"Passes in {passed} of {judged} bands of distance{f'; not tested: {untested}' if untested else ''}.",
         f"Scene: {verdict.scene}, {verdict.texture} texture, through {verdict.recorded_through}.",
-        "" if share is None else f"Points found, relative to those through a pinhole: {percent(share, 1)} %.",
+        "" if share is None else f"Points found, relative to those through a pinhole: {in_percent(share, 1)} %.",
         f"Noise of an image point in each view, measured on the calibration scene: {_noise(verdict.noise_px)}.",
     ]
     return " ".join(sentence for sentence in sentences if sentence)
@@ -114,8 +114,8 @@ def _band(band: CheckedBand, unit_mm: float) -> list[str]:
         return [f"{low} to {high}", "", "", "", "too few pixels"]
     return [
         f"{low} to {high}",
-        percent(band.kept, 1),
-        f"{percent(band.bias, 2)} (±{percent(band.bias_bound, 2)})",
+        in_percent(band.kept, 1),
+        f"{in_percent(band.bias, 2)} (±{in_percent(band.bias_bound, 2)})",
         number(band.error_ratio, 2),
         ", ".join(band.problems) or "pass",
     ]

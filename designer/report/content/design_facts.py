@@ -6,9 +6,10 @@ from designer.design import VIEW_NAMES, Design
 from designer.evaluate.focus import focus_score
 from designer.evaluate.resolution import smallest_object
 from designer.evaluate.through_focus import blur_limit_deg
+from designer.report.content.housing import housing_groups, housing_in_short
 from designer.report.content.lens import depth_of_field_words
 from designer.report.content.requirement import projection_facts
-from designer.report.content.tables import percent, percent_decimals
+from designer.report.content.tables import in_percent, percent_decimals
 from designer.study.row import Row
 from designer.typesetting.markup import DASH, number, plain_number, typographic
 
@@ -18,7 +19,8 @@ Groups = list[tuple[str, list[tuple[str, str]]]]
 def design_groups(row: Row, design: Design) -> Groups:
     """What the first page of a design says beside its drawing; the lens has the second."""
     performance = [*_performance_facts(row), *_smallest_object_facts(design)]
-    return [("Performance", performance), ("Size and manufacture", _size_facts(row)), ("Views", _view_facts(design))]
+    groups = [("Performance", performance), ("Size and manufacture", _size_facts(row)), ("Views", _view_facts(design))]
+    return groups + housing_groups(design)
 
 
 def winner_groups(row: Row, design: Design) -> Groups:
@@ -26,6 +28,7 @@ def winner_groups(row: Row, design: Design) -> Groups:
     return [
         ("Performance", [*_performance_facts(row), *_focus_facts(design), *_smallest_object_facts(design)]),
         ("Views", _view_facts(design)),
+        *housing_in_short(design),
     ]
 
 
@@ -60,7 +63,7 @@ def _performance_facts(row: Row) -> list[tuple[str, str]]:
     """Depth error, limit, and what the second stage gave up."""
     columns = ("depth_error_rms", "depth_error_worst", "first_stage_depth_error_rms")
     decimals = percent_decimals(row.number(column) for column in columns)
-    rms, worst, first_stage = (percent(row.number(column), decimals) for column in columns)
+    rms, worst, first_stage = (in_percent(row.number(column), decimals) for column in columns)
     height, diameter = (number(row.number(f"first_stage_{size}_mm"), 1) for size in ("height", "diameter"))
     facts = [
         ("rms depth error", f"{rms} %"),
@@ -82,7 +85,7 @@ def _least_limit_words(row: Row) -> str:
     baseline, principal_distance = (
         row.number(f"least_limit_{key}") for key in ("baseline_mm", "principal_distance_mm")
     )
-    return f"{percent(row.least_limit)} %, at b = {number(baseline, 1)} and f = {number(principal_distance, 2)} mm"
+    return f"{in_percent(row.least_limit)} %, at b = {number(baseline, 1)} and f = {number(principal_distance, 2)} mm"
 
 
 def _scale_words(row: Row) -> str:
@@ -90,7 +93,7 @@ def _scale_words(row: Row) -> str:
     rms, worst = (row.number(f"depth_shift_per_scale{ending}") for ending in ("", "_worst"))
     if rms is None or worst is None:
         return DASH
-    return f"shifts the depth by {percent(0.001 * rms)} % rms, up to {percent(0.001 * worst)} %"
+    return f"shifts the depth by {in_percent(0.001 * rms)} % rms, up to {in_percent(0.001 * worst)} %"
 
 
 def _second_order_words(row: Row) -> str:
@@ -99,7 +102,7 @@ def _second_order_words(row: Row) -> str:
         return DASH
     if row.is_beyond_second_order:
         return "also invalid: use the traced points"
-    rms, worst = (percent(row.number(f"depth_error_{kind}_second_order")) for kind in ("rms", "worst"))
+    rms, worst = (in_percent(row.number(f"depth_error_{kind}_second_order")) for kind in ("rms", "worst"))
     return f"{rms} %, at worst {worst} %"
 
 
@@ -123,7 +126,7 @@ def _view_facts(design: Design) -> list[tuple[str, str]]:
     upper, lower = design.views.upper, design.views.lower
     elevations = [
         (f"{name} view", f"{number(low, 2)}° to {number(high, 2)}°, {view.zone} zone")
-        for name, view in (("upper", upper), ("lower", lower))
+        for name, view in design.views.by_name.items()
         for low, high in [view.elevation_deg]
     ]
     return [

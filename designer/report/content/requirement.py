@@ -8,6 +8,7 @@ from designer.goals import GOALS
 from designer.requirement import PREDICTED, Requirement
 from designer.requirement.camera import Camera, Lens
 from designer.requirement.fixed import Fixed
+from designer.requirement.housing import Housing
 from designer.requirement.model import Objective
 from designer.requirement.notes import notes_on
 from designer.requirement.part import Part
@@ -30,6 +31,7 @@ def requirement_groups(asked: Requirement) -> list[tuple[str, Facts]]:
         ("Sharpness", _facts(asked.sharpness)),
         *([("Light", _facts(asked.light)), ("Matching", _facts(asked.matching))] if predicts else []),
         ("Manufacture", _facts(asked.manufacture)),
+        ("Housing", _housing(asked.housing)),
         ("Objective", _objective(asked.objective) + _facts(asked.solve)),
         ("Fixed by the requirement", _fixed(asked.fixed)),
     ]
@@ -59,6 +61,14 @@ def _facts(part: Part) -> Facts:
             unit = next((each.unit for each in field.metadata if isinstance(each, Quantity | NumberOrWord)), "")
             facts.append((field.title, _value(value, unit)))
     return facts
+
+
+def _housing(housing: Housing) -> Facts:
+    """The keys that mean something for its kind; nothing for none."""
+    if housing.kind == "none":
+        return []
+    titles = {field.title for name, field in Housing.model_fields.items() if name in housing.keys}
+    return [(title, value) for title, value in _facts(housing) if title in titles]
 
 
 def _value(value: float | tuple[float, float] | str, unit: str) -> str:

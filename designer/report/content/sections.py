@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
-from pydantic import JsonValue
-
+from designer.as_built.allowances import mirror_allowance
+from designer.as_built.named import NamedTolerances
 from designer.design import Design
 from designer.evaluate.depth import FIRST_ORDER_BOUND
 from designer.evaluate.score import recorded_fabrication_notes
 from designer.goals import GOALS
 from designer.report.content.as_built import as_built
 from designer.report.content.check_section import check_heading, check_page, unchecked_line
+from designer.report.content.comparators import comparators
 from designer.report.content.design_facts import design_groups, winner_groups
 from designer.report.content.lens import lens_sentences, other_projections
+from designer.report.content.provenance import provenance
 from designer.report.content.requirement import facts_argument, requirement_groups, requirement_notes
 from designer.report.content.tables import (
     PAPER_CONFIGURATION,
@@ -23,7 +25,7 @@ from designer.report.content.tables import (
     lens_choice,
     paper_comparison,
     prescription,
-    ranking,
+    ranking_table,
 )
 from designer.report.content.verdict import configuration_in_words, ties, verdict
 from designer.report.figures.depth_map import IMAGE_CIRCLE_PX
@@ -35,7 +37,7 @@ from designer.report.figures.registry import (
     TRADE,
     WINNER_DRAWING,
     WINNER_PANEL,
-    Drawing,
+    DrawnFigure,
     design_figures,
     study_figures,
 )
@@ -43,7 +45,7 @@ from designer.requirement import PREDICTED
 from designer.study.ranking import tolerance_in_words
 from designer.study.row import Row
 from designer.study.study import Study
-from designer.typesetting.markup import call, cells, literal, number, plain_number, text, typographic
+from designer.typesetting.markup import call, literal, text, typographic
 
 FIRST_ORDER_WORDS = f"{100 * FIRST_ORDER_BOUND:g} %"
 
@@ -51,7 +53,7 @@ PAPER_STUDY = "indoor_robot"
 """The requirement taken from the paper's prototype, which is then shown beside the paper's numbers."""
 
 
-Drawings = Mapping[str, Drawing]
+Drawings = Mapping[str, DrawnFigure]
 """The figures by the names of their files."""
 
 
@@ -68,6 +70,7 @@ def source(study: Study, drawings: Drawings, note: str = "") -> str:
         ranking_section(study),
         paper(study),
         trade(study, drawings),
+        comparators(study, drawings),
         best_heading() if study.feasible else "",
         "\n#pagebreak(weak: true)\n".join(
             page(row, design, drawings) for row, design in study.best() for page in (design_page, lens_page)
@@ -132,15 +135,17 @@ def winner(study: Study, drawings: Drawings) -> str:
         "Lengths in mm. Solid blue: the upper view (right); dashed red: the lower view (left); each at five "
         "elevations of its required range, the end rays drawn thick. Dotted lines extend the rays back to the "
         "effective viewpoints $F_u$ and $F_l$; "
-        "$O$ is the camera's pinhole, and the numbers are those of the prescription. Grey: substrates, lens and camera."
+        "$O$ is the camera's pinhole, and the numbers are those of the prescription. Grey: substrates, lens and camera"
+        f"{'' if design.housing is None else '; pale blue: the ' + design.housing.kind}."
     )
     words = configuration_in_words(design.configuration)
+    tolerances = None if study.tolerances is None else study.tolerances.tolerances
     lines = [
         "#pagebreak(weak: true)",
         "= The winning design <winner>",
         text(f"{words[0].upper()}{words[1:]}. Variant: {row.text('variant') or 'only one'}.") if words else "",
         f"#figure(image({literal('figures/' + name)}), caption: [{caption}])",
-        f"#figure({_as_argument(prescription(design))}, caption: [{PRESCRIPTION_CAPTION}])",
+        f"#figure({_as_argument(prescription(design, tolerances))}, caption: [{_prescription_caption(study, design)}])",
         "#grid(columns: (96mm, 1fr), column-gutter: 5mm,",
         *(f"  {panel}," for panel in panels),
         f"  [{call('facts', facts_argument(winner_groups(row, design)), size='7.8pt')}],",
@@ -153,6 +158,22 @@ PRESCRIPTION_CAPTION = (
     "Prescription. The vertex is measured along the axis from the pinhole; a positive radius has its centre of "
     "curvature above the vertex. The face spans inner to outer $R$; the substrate lies behind it."
 )
+
+
+def _prescription_caption(study: Study, design: Design) -> str:
+    if study.tolerances is None:
+        return PRESCRIPTION_CAPTION
+    each = [mirror_allowance(design, mirror.name, study.tolerances.tolerances) for mirror in design.mirrors]
+    poses = [(allowed.decentre_mm, allowed.tilt_deg) for allowed in each]
+    named = [""] if len(set(poses)) == 1 else [f"{mirror.name} " for mirror in design.mirrors]
+    listed = ", ".join(
+        f"{name}{decentre:g} mm and {tilt:g}°" for name, (decentre, tilt) in zip(named, poses, strict=False)
+    )
+    origin = NamedTolerances(study.tolerances.name, study.tolerances.tolerances).in_words
+    return (
+        f"{PRESCRIPTION_CAPTION} ±: tolerances, of {text(origin)}. A mirror may be decentred and tilted, in x and in "
+        f"y, by {text(listed)}."
+    )
 
 
 def nothing_feasible(study: Study) -> str:
@@ -203,7 +224,7 @@ def ranking_section(study: Study) -> str:
         note += text(f" {tied}")
     opening = "#pagebreak(weak: true)\n" if study.feasible else ""
     impossible = study.with_status("impossible")
-    listed = ranking(row for row in study.rows if row.status != "impossible")
+    listed = ranking_table(row for row in study.rows if row.status != "impossible")
     if impossible:
         listed += f"\n== Excluded by rule ({len(impossible)})\n{excluded(impossible)}"
     return f"{opening}= Ranking of all configurations <ranking>\n{note}\n\n{listed}"
@@ -318,45 +339,6 @@ def fabrication_notes(design: Design) -> str:
 
 def _sentence(words: str) -> str:
     return f"{words[:1].upper()}{words[1:]}."
-
-
-def provenance(study: Study) -> str:
-    """How the study was made: versions, seed, command, times, machine, solver options."""
-    rows = list(_flattened(study.provenance))
-    if not rows:
-        return ""
-    table = call(
-        "ruled",
-        columns="(auto, 1fr)",
-        align="(left, left)",
-        header="([item], [value])",
-        rows=cells(rows),
-        size="7.6pt",
-        inset="(x: 1.4mm, y: 0.7mm)",
-    )
-    return f"= Provenance <provenance>\n{table}"
-
-
-def _flattened(content: Mapping[str, JsonValue], prefix: str = "") -> Iterable[tuple[str, str]]:
-    """Rows of name and value; a table within a table is one row."""
-    for key, value in content.items():
-        name = f"{prefix}{key}".replace("_", " ")
-        if isinstance(value, dict) and not prefix and any(isinstance(entry, dict) for entry in value.values()):
-            yield from _flattened(value, f"{name}: ")
-        else:
-            yield name, _seconds(value) if key.endswith("seconds") else _in_one_line(value)
-
-
-def _seconds(value: JsonValue) -> str:
-    return number(float(value), 1) if isinstance(value, int | float) else _in_one_line(value)
-
-
-def _in_one_line(value: object) -> str:
-    if isinstance(value, dict):
-        return ", ".join(f"{key.replace('_', ' ')} {_in_one_line(entry)}" for key, entry in value.items())
-    if isinstance(value, list):
-        return ", ".join(plain_number(entry) for entry in value)
-    return plain_number(value)
 
 
 def _file(place: str, design: Design) -> str:

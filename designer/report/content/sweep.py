@@ -13,7 +13,8 @@ from designer.goals import GOALS
 from designer.optimise.multipliers import F_NUMBER
 from designer.report.figures.sweep import letters_of, short
 from designer.report.figures.sweep_registry import HOW_GOOD, PARETO, SWEEP_FIGURES, WHO_WINS, SweepTables
-from designer.study.sweep.designs import sensitivities
+from designer.requirement.design_quantities import design_quantities
+from designer.study.sweep.designs import multipliers_of_designs
 from designer.study.sweep.store import read_store
 from designer.study.sweep.tables import axis_columns, requirement_of
 from designer.typesetting.glyphs import ELLIPSIS, missing_characters, without_characters
@@ -23,8 +24,6 @@ LISTED_WINNERS = 15
 # Multipliers are shown for so many winners, spread over the sweep.
 SENSITIVITIES_SHOWN = 10
 SMALLEST_SLOPE_SHOWN = 1e-4
-SHOWN_STEPS = {"sharpness.max_blur_deg": (0.1, "max blur (0.1 deg)"), F_NUMBER: (1.0, "f-number (stop)")}
-"""Keys whose multipliers are shown for another step than one unit, in units, and how their columns are headed."""
 
 
 def legible(written: str) -> str:
@@ -142,12 +141,12 @@ def _median(values: pd.Series[float]) -> str:
 def sensitivity_section(folder: Path, best: pd.DataFrame, goal: str) -> str:
     """What one more unit of each key does to the first objective of some winners."""
     chosen = best.iloc[np.unique(np.linspace(0, len(best) - 1, SENSITIVITIES_SHOWN).round().astype(int))]
-    slopes = sensitivities(folder, list(zip(chosen["point"], chosen["configuration"], strict=True)))
+    slopes = multipliers_of_designs(folder, list(zip(chosen["point"], chosen["configuration"], strict=True)))
     keys = [key for key in slopes.columns[2:] if slopes[key].abs().max() > 0.0]
     if slopes.empty or not keys:
         return ""
-    for key in set(keys) & SHOWN_STEPS.keys():
-        slopes[key] *= SHOWN_STEPS[key][0]
+    for key in keys:
+        slopes[key] *= _shown_step(key)
     weight = slopes[keys].abs().mean().sort_values(ascending=False)
     keys = [str(key) for key in weight.index[:8]]
     axes = axis_columns(best)
@@ -161,15 +160,14 @@ def sensitivity_section(folder: Path, best: pd.DataFrame, goal: str) -> str:
         ]
         for _, row in slopes.iterrows()
     ]
-    headings = (SHOWN_STEPS[key][1] if key in SHOWN_STEPS else short(key) for key in keys)
-    header = ", ".join(f"[#text({literal(heading)})]" for heading in headings)
+    header = ", ".join(f"[#text({literal(_multiplier_heading(key))})]" for key in keys)
     return (
         "= Sensitivity to the requirement\n"
         + text(
-            f"Change of the minimum {objective}, in {unit}, per unit (mm, degree or pixel) of each key, per tenth of a "
-            f"degree of the largest blur allowed in the scene, and per stop (factor √2) of a given f-number: the "
-            f"Lagrange multipliers of the first stage, at winners spread over the sweep. They apply as long as the "
-            f"same constraints are active. The number of the point is followed by its values of: "
+            f"Change of the minimum {objective}, in {unit}, per unit of each key (mm, degree or pixel; another step is "
+            f"stated in the heading) and per stop (factor √2) of a given f-number: the Lagrange multipliers of the "
+            f"first stage, at winners spread over the sweep. They apply as long as the same constraints are active. "
+            f"The number of the point is followed by its values of: "
             f"{', '.join(short(axis) for axis in axes)}."
         )
         + "\n"
@@ -182,6 +180,19 @@ def sensitivity_section(folder: Path, best: pd.DataFrame, goal: str) -> str:
             size="7pt",
         )
     )
+
+
+def _shown_step(key: str) -> float:
+    """The step of a key that its multiplier is shown for, in its units."""
+    return design_quantities()[key].shown_step if key in design_quantities() else 1.0
+
+
+def _multiplier_heading(key: str) -> str:
+    """A key as the title of its multipliers, with the step that they are for."""
+    if key == F_NUMBER:
+        return "f-number (stop)"
+    step, (name, bracket, unit) = _shown_step(key), short(key).rpartition("(")
+    return short(key) if step == 1.0 else f"{name}{bracket}{step:g} {unit}"
 
 
 def slope_words(value: float) -> str:

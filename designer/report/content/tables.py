@@ -5,18 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from designer.design import Design
+from designer.as_built.allowances import mirror_allowance
+from designer.as_built.tolerances import Tolerances
+from designer.design import Design, Mirror
 from designer.evaluate.fabrication import mirror_shape
 from designer.study.row import Row
 from designer.study.study import LensRow
-from designer.typesetting.markup import DASH, call, cell, cells, literal, number, text, typographic
+from designer.typesetting.markup import DASH, call, cell, cells, literal, number, plain_number, text, typographic
 
 # Joins the constraints of a reason that are equally violated.
 _EQUALLY = "; equally, "
 PAPER_CONFIGURATION = "folded-HyPl-Hy-upper_outer"
 
 
-def percent(value: float | None, decimals: int | None = None) -> str:
+def in_percent(value: float | None, decimals: int | None = None) -> str:
     """A share as percent, without the sign; with three significant digits unless decimals are given."""
     if decimals is None:
         decimals = percent_decimals([value], significant=3)
@@ -29,9 +31,12 @@ def percent_decimals(values: Iterable[float | None], significant: int = 4) -> in
     return max(significant - 1 - math.floor(math.log10(min(known))), 0) if known else significant
 
 
-def prescription(design: Design) -> str:
-    """The mirrors as opticians write them; the first column numbers them as the cross-section does."""
-    rows = []
+def prescription(design: Design, tolerances: Tolerances | None = None) -> str:
+    """The mirrors as opticians write them; the first column numbers them as the cross-section does.
+
+    Numbers with a tolerance stop at a tenth of it.
+    """
+    rows: list[list[str]] = []
     for index, mirror in enumerate(design.mirrors, start=1):
         rows.append(
             [
@@ -39,9 +44,7 @@ def prescription(design: Design) -> str:
                 mirror.name,
                 mirror.kind,
                 mirror.faces,
-                number(mirror.vertex_mm, 4),
-                "∞" if mirror.radius_mm is None else number(mirror.radius_mm, 4),
-                number(mirror.conic, 6),
+                *_optical_numbers(design, mirror, tolerances),
                 number(mirror.inner_radius_mm, 3),
                 number(mirror.outer_radius_mm, 3),
                 number(mirror_shape(design, mirror.name).sag_mm, 4),
@@ -60,6 +63,26 @@ def prescription(design: Design) -> str:
         rows=cells(rows),
         inset="(x: 1.2mm, y: 0.95mm)",
     )
+
+
+def _optical_numbers(design: Design, mirror: Mirror, tolerances: Tolerances | None) -> list[str]:
+    """Vertex, radius and conic constant, each with its tolerance if there are any."""
+    if tolerances is None:
+        radius = "∞" if mirror.radius_mm is None else number(mirror.radius_mm, 4)
+        return [number(mirror.vertex_mm, 4), radius, number(mirror.conic, 6)]
+    allowed = mirror_allowance(design, mirror.name, tolerances)
+    vertex = _within(mirror.vertex_mm, allowed.axial_shift_mm)
+    if mirror.radius_mm is None or allowed.radius_mm is None or allowed.conic is None:
+        return [vertex, f"∞ (1/R ±{allowed.curvature_per_m:.2g} 1/m)", number(mirror.conic, 0)]
+    return [vertex, _within(mirror.radius_mm, allowed.radius_mm), _within(mirror.conic, allowed.conic)]
+
+
+def _within(value: float, tolerance: float) -> str:
+    """A number and its tolerance, to two significant digits of the latter; in full where nothing is allowed."""
+    if tolerance <= 0.0:
+        return f"{plain_number(value)} ±0"
+    decimals = max(1 - math.floor(math.log10(tolerance)), 0)
+    return f"{number(value, decimals)} ±{tolerance:.2g}"
 
 
 def fabrication(design: Design) -> str:
@@ -122,7 +145,7 @@ def excluded(rows: Iterable[Row]) -> str:
     )
 
 
-def ranking(rows: Iterable[Row]) -> str:
+def ranking_table(rows: Iterable[Row]) -> str:
     """Configurations with their status: feasible ones by rank with their numbers, the others with their reason.
 
     A star marks depth errors that first order does not tell truly at the worst point of the volume.
@@ -134,7 +157,7 @@ def ranking(rows: Iterable[Row]) -> str:
     for row in rows:
         head = [cell(row.rank or DASH), f"name-of({literal(row.configuration)})", cell(row.status)]
         if row.status == "feasible":
-            error = text(percent(row.number("depth_error_rms"), decimals))
+            error = text(in_percent(row.number("depth_error_rms"), decimals))
             if starred:
                 # Hidden where it does not apply, so that the digits stay in line.
                 error += '#text("*")' if row.is_beyond_first_order else '#hide("*")'
@@ -208,7 +231,7 @@ def lens_choice(rows: Iterable[LensRow]) -> str:
         at = "infinity" if row.focus_distance_mm is None else number(row.focus_distance_mm, 0)
         values = [
             "chosen" if row.is_chosen else "feasible",
-            percent(row.depth_error_rms, decimals),
+            in_percent(row.depth_error_rms, decimals),
             number(row.height_mm, 1),
             number(row.f_number, 2),
             at,
@@ -249,7 +272,7 @@ def paper_comparison(design: Design, row: Row) -> str:
         ("vertical field, lower viewpoint (°)", "not given", _span(lower)),
         ("image (px)", "1600 × 1200", f"{camera.width_px} × {camera.height_px}"),
         ("lens", "12 mm", lens or f"principal distance {number(camera.focal_length_mm, 2)} mm"),
-        ("rms depth error (%)", "not given", percent(row.number("depth_error_rms"))),
+        ("rms depth error (%)", "not given", in_percent(row.number("depth_error_rms"))),
     ]
     return call(
         "ruled",

@@ -8,7 +8,7 @@ from designer.configurations import Configuration, enumerate_configurations, wit
 from designer.evaluate.score import recorded_fabrication_notes
 from designer.goals import GOALS
 from designer.report.content.lens import lens_sentences
-from designer.report.content.tables import percent
+from designer.report.content.tables import in_percent
 from designer.requirement import PREDICTED
 from designer.study.ranking import tied_with_best, ties_in_words, tolerance_in_words
 from designer.study.row import Row
@@ -78,16 +78,16 @@ def _accuracy(study: Study, winner: Row) -> str:
     worst = winner.number("depth_error_worst")
     ratio = winner.number("limit_ratio")
     same = "" if study.requirement.noise_px != PREDICTED else " with the same noise"
-    sentence = f"Its rms depth error over the working volume is {percent(winner.number('depth_error_rms'))} %"
+    sentence = f"Its rms depth error over the working volume is {in_percent(winner.number('depth_error_rms'))} %"
     sentence += f" at {_noise(study, winner)}"
     if (scale := study.requirement.scale_uncertainty_percent) and winner.number("depth_shift_per_scale") is not None:
         sentence += f" and {plain_number(scale)} % of image scale"
-    sentence += f" (at worst {percent(worst)} %)" if worst is not None else ""
+    sentence += f" (at worst {in_percent(worst)} %)" if worst is not None else ""
     if ratio is not None:
         sentence += f", {number(ratio, 3)} times the limit for any conic mirrors at its baseline and topology{same}"
     if winner.least_limit is not None:
         what = "the limit" if not same else "that of sharp images at the largest gains"
-        sentence += f" ({what} at the best allowed baseline and focal length is {percent(winner.least_limit)} %)"
+        sentence += f" ({what} at the best allowed baseline and focal length is {in_percent(winner.least_limit)} %)"
     return text(sentence + "." + _beyond_first_order(winner))
 
 
@@ -109,7 +109,8 @@ def _beyond_first_order(winner: Row) -> str:
             " These are first-order values, and the worst points are beyond the validity of both first and second "
             "order: there, use the traced points on its page."
         )
-    return f" First order underestimates it: to second order it is {percent(rms)} % (at worst {percent(worst)} %)."
+    to_second_order = f"{in_percent(rms)} % (at worst {in_percent(worst)} %)"
+    return f" First order underestimates it: to second order it is {to_second_order}."
 
 
 def _size(study: Study, winner: Row) -> str:
@@ -155,7 +156,7 @@ def _checked(study: Study, winner: Row) -> str:
     word = "passes" if checked.passed else "does not pass"
     through = checked.verdict.recorded_through
     share = checked.verdict.kept_of_pinhole
-    kept = "" if share is None else f", with {percent(share, 1)} % of the points that a pinhole would give"
+    kept = "" if share is None else f", with {in_percent(share, 1)} % of the points that a pinhole would give"
     return f"{text(f'The winner {word} the end-to-end check through {through}{kept}')} (@check)."
 
 
@@ -175,7 +176,7 @@ def _runners_up(study: Study) -> str:
     described = [
         _name(row)
         + text(
-            f" ({percent(row.number('depth_error_rms'))} %, {number(row.number('height_mm'), 1)} mm tall, "
+            f" ({in_percent(row.number('depth_error_rms'))} %, {number(row.number('height_mm'), 1)} mm tall, "
             f"{number(row.number('diameter_mm'), 1)} mm wide)"
         )
         for row in runners

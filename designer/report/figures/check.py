@@ -67,9 +67,7 @@ def draw_check_maps(checked: CheckedDesign, width_mm: float) -> Figure:
     tall = across * rows / columns
     figure = new_figure(width_mm, 4 * tall + 3 * gap + bottom + top, constrained=False)
     total = 4 * tall + 3 * gap + bottom + top
-    upper, lower = (
-        _limits(elevations) for elevations in (checked.maps.elevation_upper_deg, checked.maps.elevation_lower_deg)
-    )
+    upper, lower = _limits(checked.maps.elevation_upper_deg), _limits(checked.maps.elevation_lower_deg)
     strips = (
         ("upper panorama", _grey(checked.upper), upper, None),
         ("lower panorama", _grey(checked.lower), lower, None),

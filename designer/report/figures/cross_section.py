@@ -15,8 +15,9 @@ from designer.report.figures.style import GREY, HALO, INK, LIGHT_GREY, VIEW_COLO
 from designer.trace.outline import (
     SIDES,
     body_box,
-    face,
     face_height,
+    face_outline,
+    housing_sections,
     leaving_rays,
     lens_box,
     substrate,
@@ -28,20 +29,23 @@ SCALES = (0.5, 0.75, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0,
 SIDE_MM, TOP_MM, BOTTOM_MM = 12.0, 11.0, 2.0
 """Paper around the drawing, for the dimension lines."""
 
+WALL = "#cfe3ee"
+"""Fill of a tube's wall, or of struts."""
+
 RAYS = 5
 SAMPLES_OF_A_FACE = 120
 VIEWPOINT_MARKER = {"upper": "^", "lower": "v"}
 
 
 @dataclass(frozen=True, slots=True)
-class Drawing:
+class ScaledFigure:
     """A finished drawing and its reduction 1 : ``scale``."""
 
     figure: Figure
     scale: float
 
 
-def draw_cross_section(design: Design, width_mm: float, height_mm: float) -> Drawing:
+def draw_cross_section(design: Design, width_mm: float, height_mm: float) -> ScaledFigure:
     """Draw a design within a space on paper: the upper view's rays on the right, the lower view's on the left.
 
     Rays fan out over the elevations asked of each view; dotted lines lead the leaving rays back to the viewpoint.
@@ -67,10 +71,12 @@ def draw_cross_section(design: Design, width_mm: float, height_mm: float) -> Dra
     _draw_camera(axes, design, frame)
     for mirror in design.mirrors:
         _draw_mirror(axes, mirror)
+    for section in housing_sections(design):
+        axes.add_patch(Polygon(section[:-1], facecolor=WALL, edgecolor=GREY, linewidth=0.5, alpha=0.6, zorder=2.8))
     _draw_balloons(axes, design, scale)
     _draw_viewpoints(axes, design, frame, scale)
     _draw_dimensions(axes, design, outline, frame, scale)
-    return Drawing(figure, scale)
+    return ScaledFigure(figure, scale)
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +169,7 @@ def _draw_camera(axes: Axes, design: Design, frame: _Frame) -> None:
 
 def _draw_mirror(axes: Axes, mirror: Mirror) -> None:
     for side in SIDES:
-        blank, front = substrate(mirror, SAMPLES_OF_A_FACE, side), face(mirror, SAMPLES_OF_A_FACE, side)
+        blank, front = substrate(mirror, SAMPLES_OF_A_FACE, side), face_outline(mirror, SAMPLES_OF_A_FACE, side)
         axes.add_patch(Polygon(blank[:-1], facecolor=LIGHT_GREY, edgecolor=GREY, linewidth=0.4, zorder=4))
         axes.plot(front[:, 0], front[:, 1], color=INK, linewidth=1.7, solid_capstyle="butt", zorder=5)
 
@@ -215,20 +221,25 @@ def _draw_viewpoints(axes: Axes, design: Design, frame: _Frame, scale: float) ->
 def _draw_dimensions(axes: Axes, design: Design, outline: _Outline, frame: _Frame, scale: float) -> None:
     gap = 4.0 * scale
     left, right, top = frame.left - gap, frame.right + gap, frame.high + gap
-    widest = max(design.mirrors, key=lambda mirror: mirror.outer_radius_mm)
-    rim = face_height(widest, widest.outer_radius_mm)
+    radius, rim = _widest(design)
     for height in (outline.head_low, outline.head_high):
         _extension(axes, (0.0, height), (left - 0.3 * gap, height))
     for view in design.views.by_name.values():
         _extension(axes, (0.0, view.viewpoint_mm), (right + 0.3 * gap, view.viewpoint_mm))
     for side in (-1.0, 1.0):
-        radius = side * widest.outer_radius_mm
-        _extension(axes, (radius, rim), (radius, top + 0.3 * gap))
+        _extension(axes, (side * radius, rim), (side * radius, top + 0.3 * gap))
     _dimension(axes, (left, outline.head_low), (left, outline.head_high), f"$H$ = {design.height_mm:.1f}", -1, scale)
     low, high = sorted((design.views.lower.viewpoint_mm, design.views.upper.viewpoint_mm))
     _dimension(axes, (right, low), (right, high), f"$b$ = {design.baseline_mm:.1f}", 1, scale)
-    radius = widest.outer_radius_mm
     _dimension(axes, (-radius, top), (radius, top), f"$W$ = {design.diameter_mm:.1f}", 0, scale)
+
+
+def _widest(design: Design) -> tuple[float, float]:
+    """Radius and height of the place where the head is widest, as high up as it is."""
+    if design.housing is not None:
+        return design.housing.outer_radius_mm, design.housing.high_mm
+    widest = max(design.mirrors, key=lambda mirror: mirror.outer_radius_mm)
+    return widest.outer_radius_mm, face_height(widest, widest.outer_radius_mm)
 
 
 def _extension(axes: Axes, start: tuple[float, float], end: tuple[float, float]) -> None:

@@ -31,9 +31,17 @@ def draw_depth_map(design: Design, width_mm: float, height_mm: float, image_circ
     axes.fill(*(outline.T / unit_mm), facecolor=LIGHT_GREY + "60", edgecolor=LIGHT_GREY, linewidth=0.8, zorder=1)
     points = (distance_mm[shown] / unit_mm, (level_mm[shown] - middle) / unit_mm)
     axes.plot(*points, ".", color=INK, markersize=1.3, mew=0, zorder=2)
-    for name, marker in (("upper", "^"), ("lower", "v")):
-        level = (getattr(design.views, name).viewpoint_mm - middle) / unit_mm
-        axes.plot([0], [level], marker=marker, color=VIEW_COLOUR[name], clip_on=False, markersize=4, zorder=3)
+    for name, view in design.views.by_name.items():
+        level = (view.viewpoint_mm - middle) / unit_mm
+        axes.plot(
+            [0],
+            [level],
+            marker="^" if name == "upper" else "v",
+            color=VIEW_COLOUR[name],
+            clip_on=False,
+            markersize=4,
+            zorder=3,
+        )
     axes.set_xlim(0, 1.02 * far / unit_mm)
     axes.set_ylim(low / unit_mm, high / unit_mm)
     axes.set_xlabel(f"distance from the axis $D$ ({unit})")

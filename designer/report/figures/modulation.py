@@ -8,7 +8,7 @@ from matplotlib.lines import Line2D
 
 from designer.design import VIEW_NAMES, Design
 from designer.evaluate.modulation import FINEST_ROWS, modulation_of_design
-from designer.evaluate.noise import Matching
+from designer.evaluate.noise import MatcherPerformance
 from designer.report.figures.style import GREY, INK, VIEW_COLOUR, VIEW_LINE, new_figure
 
 
@@ -17,7 +17,7 @@ def draw_modulation(design: Design, width_mm: float, height_mm: float) -> Figure
 
     At the nearest or the farthest distance of the working volume, whichever leaves less.
     """
-    matching = Matching()
+    matching = MatcherPerformance()
     figure = new_figure(width_mm, height_mm)
     axes = figure.add_subplot()
     lowest = 0.0

@@ -17,6 +17,7 @@ from designer.evaluate.focus import focus_score
 from designer.evaluate.score import recorded_fabrication_notes
 from designer.report.figures.blur import draw_blur
 from designer.report.figures.check import draw_check_errors, draw_check_maps, draw_floor_plan, plan_title, raw_svg
+from designer.report.figures.comparators import draw_comparators
 from designer.report.figures.cross_section import draw_cross_section
 from designer.report.figures.depth_error import draw_depth_error
 from designer.report.figures.depth_map import draw_depth_map
@@ -41,6 +42,7 @@ PAGE_DRAWING, PAGE_PANEL = "drawing on a design's page", "panel on a design's pa
 CHECK_TOP, CHECK_WIDE, CHECK_BOTTOM = "first row of a check", "across a check's page", "last row of a check"
 LENS_WIDE, LENS_PANEL = "across a design's second page", "panel on a design's second page"
 TRADE = "trade-offs"
+COMPARED = "what else could be built"
 AS_BUILT = "sensors as built"
 TRADE_HEIGHT_MM = 57.0
 """Height of a plot across a page, three of which fill it."""
@@ -49,7 +51,7 @@ _ROOM_OF_A_NOTE_MM, _MOST_NOTES = 7.0, 3
 
 
 @dataclass(frozen=True, slots=True)
-class Drawing:
+class DrawnFigure:
     """A finished figure: SVG bytes, how many times smaller than life it is, and the ranks behind a plot's letters."""
 
     svg: bytes
@@ -69,7 +71,7 @@ class ReportFigure(Generic[Subject]):
     name: str
     place: str
     size_mm: tuple[float, float]
-    draw: Callable[[Subject, float, float], Drawing | None]
+    draw: Callable[[Subject, float, float], DrawnFigure | None]
     title: Callable[[Subject], str]
     set_to_mm: float | None = None
 
@@ -77,54 +79,61 @@ class ReportFigure(Generic[Subject]):
         """Name of the figure's file for the subject of that name."""
         return f"{self.name}-{subject}.svg" if subject else f"{self.name}.svg"
 
-    def drawn(self, subject: Subject) -> Drawing | None:
+    def drawn(self, subject: Subject) -> DrawnFigure | None:
         """The figure of a subject."""
         return self.draw(subject, *self.size_mm)
 
 
-def _plain(draw: Callable[[Subject, float, float], Figure]) -> Callable[[Subject, float, float], Drawing]:
-    return lambda subject, width_mm, height_mm: Drawing(svg_bytes(draw(subject, width_mm, height_mm)))
+def _plain(draw: Callable[[Subject, float, float], Figure]) -> Callable[[Subject, float, float], DrawnFigure]:
+    return lambda subject, width_mm, height_mm: DrawnFigure(svg_bytes(draw(subject, width_mm, height_mm)))
 
 
-def _cross_section(design: Design, width_mm: float, height_mm: float) -> Drawing:
+def _cross_section(design: Design, width_mm: float, height_mm: float) -> DrawnFigure:
     drawing = draw_cross_section(design, width_mm, height_mm)
-    return Drawing(svg_bytes(drawing.figure), drawing.scale)
+    return DrawnFigure(svg_bytes(drawing.figure), drawing.scale)
 
 
-def _cross_section_of_page(design: Design, width_mm: float, height_mm: float) -> Drawing:
+def _cross_section_of_page(design: Design, width_mm: float, height_mm: float) -> DrawnFigure:
     """Fabrication notes stand below the drawing; both must leave room for the panels."""
     notes = min(len(recorded_fabrication_notes(design)), _MOST_NOTES)
     return _cross_section(design, width_mm, height_mm - _ROOM_OF_A_NOTE_MM * notes)
 
 
-def _trade(column: str) -> Callable[[Study, float, float], Drawing | None]:
-    def draw(study: Study, width_mm: float, height_mm: float) -> Drawing | None:
+def _trade(column: str) -> Callable[[Study, float, float], DrawnFigure | None]:
+    def draw(study: Study, width_mm: float, height_mm: float) -> DrawnFigure | None:
         if sum(row.number(column) is not None for row in study.feasible) < 2:
             return None
         plot = draw_trade(study.feasible, column, _allowed(study, column), width_mm, height_mm)
-        return Drawing(svg_bytes(plot.figure), letters=plot.key)
+        return DrawnFigure(svg_bytes(plot.figure), letters=plot.key)
 
     return draw
 
 
-def _pareto(column: str) -> Callable[[Study, float, float], Drawing | None]:
-    def draw(study: Study, width_mm: float, height_mm: float) -> Drawing | None:
+def _pareto(column: str) -> Callable[[Study, float, float], DrawnFigure | None]:
+    def draw(study: Study, width_mm: float, height_mm: float) -> DrawnFigure | None:
         if not study.feasible or not _has_pareto(study, column):
             return None
         ranks = {row.configuration: row.rank or 0 for row in study.feasible}
-        return Drawing(
+        return DrawnFigure(
             svg_bytes(draw_pareto_fronts(study.pareto, ranks, column, _allowed(study, column), width_mm, height_mm))
         )
 
     return draw
 
 
-def _yield_curves(study: Study, width_mm: float, height_mm: float) -> Drawing | None:
+def _comparators(study: Study, width_mm: float, height_mm: float) -> DrawnFigure | None:
+    if not any(row.has_numbers for row in study.comparators):
+        return None
+    envelope = {column: _allowed(study, column) or 0.0 for column in ("height_mm", "diameter_mm")}
+    return DrawnFigure(svg_bytes(draw_comparators(study.feasible, study.comparators, envelope, width_mm, height_mm)))
+
+
+def _yield_curves(study: Study, width_mm: float, height_mm: float) -> DrawnFigure | None:
     found = study.tolerances
     if found is None or all(each.median is None for each in found.designs):
         return None
     ranks = {row.configuration: row.rank or 0 for row in study.feasible}
-    return Drawing(svg_bytes(draw_yield_curves(found.designs, ranks, width_mm, height_mm)))
+    return DrawnFigure(svg_bytes(draw_yield_curves(found.designs, ranks, width_mm, height_mm)))
 
 
 def _allowed(study: Study, column: str) -> float | None:
@@ -133,11 +142,11 @@ def _allowed(study: Study, column: str) -> float | None:
     return {"height_mm": envelope.height_mm, "diameter_mm": envelope.diameter_mm}.get(column)
 
 
-def _of_lens(draw: Callable[[Design, float, float], Figure]) -> Callable[[Design, float, float], Drawing | None]:
+def _of_lens(draw: Callable[[Design, float, float], Figure]) -> Callable[[Design, float, float], DrawnFigure | None]:
     """Nothing for a design whose focus no closed form tells."""
 
-    def drawn(design: Design, width_mm: float, height_mm: float) -> Drawing | None:
-        return None if focus_score(design) is None else Drawing(svg_bytes(draw(design, width_mm, height_mm)))
+    def drawn(design: Design, width_mm: float, height_mm: float) -> DrawnFigure | None:
+        return None if focus_score(design) is None else DrawnFigure(svg_bytes(draw(design, width_mm, height_mm)))
 
     return drawn
 
@@ -190,7 +199,7 @@ CHECK_FIGURES: tuple[ReportFigure[CheckedDesign], ...] = (
         "check-raw",
         CHECK_TOP,
         (50.0, 50.0),
-        lambda checked, width_mm, height_mm: Drawing(raw_svg(checked)),
+        lambda checked, width_mm, height_mm: DrawnFigure(raw_svg(checked)),
         _always("Raw image"),
         set_to_mm=50.0,
     ),
@@ -199,7 +208,7 @@ CHECK_FIGURES: tuple[ReportFigure[CheckedDesign], ...] = (
         "check-maps",
         CHECK_WIDE,
         (170.0, 0.0),
-        lambda checked, width_mm, height_mm: Drawing(svg_bytes(draw_check_maps(checked, width_mm))),
+        lambda checked, width_mm, height_mm: DrawnFigure(svg_bytes(draw_check_maps(checked, width_mm))),
         _always(""),
     ),
     ReportFigure(
@@ -239,6 +248,16 @@ STUDY_FIGURES: tuple[ReportFigure[Study], ...] = (
         "fronts-diameter", TRADE, (165.0, TRADE_HEIGHT_MM), _pareto("diameter_mm"), _pareto_caption("diameter_mm")
     ),
     ReportFigure(
+        "trade-comparators",
+        COMPARED,
+        (165.0, 70.0),
+        _comparators,
+        _always(
+            "Depth error against height and diameter: the feasible designs of the 44, and what else could be built. An "
+            "idea whose mark is white inside does not fit into the envelope."
+        ),
+    ),
+    ReportFigure(
         "yield-curves",
         AS_BUILT,
         (165.0, TRADE_HEIGHT_MM),
@@ -267,9 +286,9 @@ def study_figures(place: str) -> list[ReportFigure[Study]]:
     return [figure for figure in STUDY_FIGURES if figure.place == place]
 
 
-def drawings_of(study: Study) -> list[tuple[str, Callable[[], Drawing | None]]]:
+def drawings_of(study: Study) -> list[tuple[str, Callable[[], DrawnFigure | None]]]:
     """Every figure of a study's report: the name of its file, and what draws it, or None if there is nothing."""
-    found: list[tuple[str, Callable[[], Drawing | None]]] = []
+    found: list[tuple[str, Callable[[], DrawnFigure | None]]] = []
     for place, (_, design) in enumerate(study.best()):
         of_winner = (WINNER_DRAWING, WINNER_PANEL) if place == 0 else ()
         for of_design in design_figures(*of_winner, PAGE_DRAWING, PAGE_PANEL, LENS_WIDE, LENS_PANEL):

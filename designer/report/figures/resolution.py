@@ -18,7 +18,7 @@ def draw_resolution(design: Design, width_mm: float, height_mm: float) -> Figure
     figure = new_figure(width_mm, height_mm)
     axes = figure.add_subplot()
     for name in ("upper", "lower"):
-        low, high = getattr(design.views, name).elevation_deg
+        low, high = design.views.by_name[name].elevation_deg
         elevation_deg = np.linspace(low, high, 161)
         style: dict[str, Any] = {"color": VIEW_COLOUR[name], "linestyle": VIEW_LINE[name]}
         axes.plot(elevation_deg, angular_resolution_px_per_deg(design, name, elevation_deg), linewidth=1.6, **style)

@@ -17,7 +17,7 @@ from designer.design import Design
 from designer.report.figures.style import GREY, INK, LIGHT_GREY, VIEW_COLOUR
 from designer.report.figures.sweep import short
 from designer.study.sweep.tables import axis_columns
-from designer.trace.outline import SIDES, body_box, face, leaving_rays, lens_box, substrate
+from designer.trace.outline import SIDES, body_box, face_outline, leaving_rays, lens_box, substrate
 
 Lines = NDArray[np.float64]
 """Polylines (n, 2) of signed distance from the axis and height, mm; a row of NaN stands between one and the next."""
@@ -84,7 +84,7 @@ def cross_section_lines(design: Design) -> dict[str, Lines]:
         "substrates": _joined(substrate(mirror, SAMPLES_OF_A_FACE, side) for mirror, side in both_sides),
         "upper": _joined(leaving_rays(design, "upper", RAYS, span)),
         "lower": _joined(leaving_rays(design, "lower", RAYS, span)),
-        "faces": _joined(face(mirror, SAMPLES_OF_A_FACE, side) for mirror, side in both_sides),
+        "faces": _joined(face_outline(mirror, SAMPLES_OF_A_FACE, side) for mirror, side in both_sides),
         "viewpoints": np.array([[0.0, 0.0], *([0.0, view.viewpoint_mm] for view in design.views.by_name.values())]),
     }
 

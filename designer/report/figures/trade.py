@@ -14,15 +14,11 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
 from designer.report.figures.style import BLUE, GREY, HALO, INK, SERIES, VERMILLION, new_figure
+from designer.study.columns import COLUMNS
 from designer.study.row import Row
 from designer.study.study import ParetoRow
 from designer.typesetting.markup import DASH
 
-AXIS_LABEL = {
-    "height_mm": "height of the mirror system (mm)",
-    "diameter_mm": "diameter of the mirror system (mm)",
-    "largest_blur_px": "largest blur in the working volume (px)",
-}
 CLUSTER_DISTANCE_MM = 2.6
 """Points closer than this on paper are one near-tie and share a label."""
 
@@ -42,7 +38,7 @@ class TradePlot:
 
 
 def draw_trade(rows: Iterable[Row], swept: str, limit_mm: float | None, width_mm: float, height_mm: float) -> TradePlot:
-    """Draw depth error against a column that has an ``AXIS_LABEL``, each design labelled by its rank."""
+    """Draw depth error against a column of the results, each design labelled by its rank."""
     points = [
         (size, 100.0 * error, row)
         for row in rows
@@ -100,10 +96,14 @@ def draw_pareto_fronts(
         label = f"{ranks.get(name, DASH)}  {name}"
         axes.plot(limits, line_errors, color=colour, linestyle=style, marker=marker, label=label)
     _finish(axes, swept, limit_mm, [error for error in errors if error <= PARETO_SPAN * min(errors)])
-    axes.set_xlabel(AXIS_LABEL[swept].replace("of the mirror system", "allowed"))
+    axes.set_xlabel(f"allowed {_axis_title(swept)}")
     if errors:
         figure.legend(loc="outside upper center", ncols=2, columnspacing=1.5)
     return figure
+
+
+def _axis_title(column: str) -> str:
+    return f"{COLUMNS[column].label} ({COLUMNS[column].unit})"
 
 
 def _finish(axes: Axes, swept: str, limit_mm: float | None, errors: list[float]) -> None:
@@ -114,7 +114,7 @@ def _finish(axes: Axes, swept: str, limit_mm: float | None, errors: list[float])
         axes.set_ylim(low - room, high + room)
     axes.margins(x=0.08)
     axes.grid(True)
-    axes.set_xlabel(AXIS_LABEL[swept])
+    axes.set_xlabel(_axis_title(swept))
     axes.set_ylabel("rms depth error $\\sigma_D/D$ (%)")
     left, right = axes.get_xlim()
     if limit_mm is not None and errors and limit_mm < right + 0.6 * (right - left):

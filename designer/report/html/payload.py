@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import JsonValue
 
 from designer import __version__
-from designer.design import VIEW_NAMES, Design
+from designer.design import VIEW_NAMES, Design, PerView
 from designer.evaluate.depth import NoiseModel, slopes_of_point, stereo_pair_of, volume_of
 from designer.evaluate.fabrication import mirror_shape
 from designer.evaluate.focus import focus_score
@@ -235,30 +235,30 @@ def _noise_table(design: Design, requirement: Requirement) -> dict[str, JsonValu
     volume = volume_of(design)
     elevations = np.linspace(*volume.elevations, NOISE_ELEVATIONS)[:, None]
     distances = np.geomspace(*volume.distances, NOISE_DISTANCES)[None, :]
-    lower, upper = predicted_noise_px(design, requirement, elevations, distances)
-    if not (np.isfinite(lower).all() and np.isfinite(upper).all()):
+    noise = predicted_noise_px(design, requirement, elevations, distances)
+    if not (np.isfinite(noise.lower).all() and np.isfinite(noise.upper).all()):
         return None
-    return {"upper_px": _table(upper), "lower_px": _table(lower)}
+    return {"upper_px": _table(noise.upper), "lower_px": _table(noise.lower)}
 
 
 def predicted_noise_px(
     design: Design, requirement: Requirement, elevations: NDArray[np.float64], distances: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Noise of an image point in the lower and the upper view, px, by the requirement's light and texture.
+) -> PerView[NDArray[np.float64]]:
+    """Noise of an image point in each view, px, by the requirement's light and texture.
 
     At points given by elevation from the middle of the baseline (rad) and distance from the axis (mm), broadcast.
     """
     slopes = slopes_of_point(np.tan(elevations), distances, design.baseline_mm)
-    lower, upper = predicted_noise(design, requirement)(*slopes, distances)
+    noise = predicted_noise(design, requirement)(slopes, distances)
     pitch = design.camera.pixel_pitch_mm
-    return np.asarray(lower) / pitch, np.asarray(upper) / pitch
+    return PerView(lower=np.asarray(noise.lower) / pitch, upper=np.asarray(noise.upper) / pitch)
 
 
 def predicted_noise(design: Design, requirement: Requirement) -> NoiseModel:
     """The noise that a requirement predicts for a finished design, whose views have at most two mirrors each."""
     # Light and texture are the same with every lens of a catalogue.
     conditions = conditions_of(specification_of(requirement, requirement.camera.lenses[0]))
-    paths = {str(name): light_path_of_design(design, name) for name in VIEW_NAMES}
+    paths = {name: light_path_of_design(design, name) for name in VIEW_NAMES}
     model: NoiseModel = noise_model(conditions, stereo_pair_of(design), lens_of_camera(design.camera), paths)
     return model
 

@@ -36,7 +36,9 @@ def design_at(folder: Path, point: int, configuration: str) -> Design:
     return record.model_copy(update={"score": evaluate_design(record).as_json()})
 
 
-def sensitivities(folder: Path, designs: Iterable[tuple[int, str]], keys: Sequence[str] = KEYS) -> pd.DataFrame:
+def multipliers_of_designs(
+    folder: Path, designs: Iterable[tuple[int, str]], keys: Sequence[str] = KEYS
+) -> pd.DataFrame:
     """Derivatives of the least first objective by requirement keys: one row for each (point, configuration) given.
 
     They belong to the first stage. Rows whose optimum the solver does not confirm are left out.

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from designer.imaging.endtoend.equalisation_experiment import compare, noise_gain, sampling_methods
+from designer.imaging.endtoend.equalisation_experiment import compare_methods, noise_gain, sampling_methods
 from designer.imaging.render.detector import Detector, expose
 from designer.imaging.render.raytracing import render
 from designer.imaging.render.scenes.library import build_world
@@ -21,6 +21,6 @@ def test_equalising_rejects_fewer_pixels_than_bilinear_sampling_and_than_smoothi
     for seed in (0, 1):
         radiance = render(design, build_world("office", design, seed=seed))
         raw = np.asarray(expose(radiance, Detector(1_000.0, 20.0), seed=seed), dtype=np.uint8)
-        rejected = compare(methods, raw).rejected
+        rejected = compare_methods(methods, raw).rejected
         assert rejected["equalised"] < rejected["smoothed_alike"]
         assert rejected["equalised"] < rejected["bilinear"]

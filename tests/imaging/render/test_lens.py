@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.special import j1
 
 from designer.imaging.render.detector import Detector, Exposure, expose
-from designer.imaging.render.lens import Lens, diffract, diffraction_transfer, working_f_number
+from designer.imaging.render.lens import RenderedLens, diffract, diffraction_transfer, working_f_number
 from designer.imaging.render.raytracing import NO_VIEW, UPPER_VIEW, ground_truth, render
 from designer.imaging.render.scenes.shapes import Sphere
 from designer.imaging.render.scenes.world import World
@@ -79,14 +79,14 @@ def test_light_falls_as_the_projected_pupil_and_the_pixels_solid_angle_do(psi: f
     squared = focal**2 + (height - reach * np.cos(angle)) ** 2 + (reach * np.sin(angle)) ** 2
     expected = (focal**2 / squared**2).mean() * focal**2
     direction = np.array([[np.sin(psi), 0.0, np.cos(psi)]])
-    share = float(Lens(mirror_reflectivity=1.0).transmission(direction, np.array([0]))[0])
+    share = float(RenderedLens(mirror_reflectivity=1.0).transmission(direction, np.array([0]))[0])
     assert share == pytest.approx(expected, rel=0.01)
 
 
 @pytest.mark.parametrize("aperture", [False, True])
 def test_a_white_world_has_the_radiance_of_its_reflections_and_angle(aperture: bool) -> None:
     design = with_coarse_pixels(studied_design(PROTOTYPE), 8)
-    lens = Lens(wavelength_nm=None, mirror_reflectivity=0.8)
+    lens = RenderedLens(wavelength_nm=None, mirror_reflectivity=0.8)
     image = render(design, _white_world(), samples=3, aperture=aperture, lens=lens)
     plain = render(design, _white_world(), samples=3, aperture=aperture)
     camera, view = design.camera, ground_truth(design, _white_world()).view
@@ -108,7 +108,7 @@ def test_a_white_world_has_the_radiance_of_its_reflections_and_angle(aperture: b
 def test_energy_is_kept_by_diffraction() -> None:
     design = with_coarse_pixels(studied_design(PROTOTYPE), 8)
     images = [
-        render(design, _white_world(), samples=2, aperture=True, lens=Lens(wavelength_nm=wavelength))
+        render(design, _white_world(), samples=2, aperture=True, lens=RenderedLens(wavelength_nm=wavelength))
         for wavelength in (None, 550.0, 1100.0)
     ]
     for image in images[1:]:

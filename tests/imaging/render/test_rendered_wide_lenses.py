@@ -5,14 +5,14 @@ from itertools import product
 import numpy as np
 import pytest
 
-from designer.design import VIEW_NAMES
+from designer.design import VIEW_NAMES, PerView
 from designer.evaluate.depth import depth_error_of_slopes, stereo_pair_of
-from designer.evaluate.noise import MATCHING, Light, rich_texture
+from designer.evaluate.noise import MATCHER_PERFORMANCE, CollectedLight, rich_texture
 from designer.evaluate.predicted_noise import Conditions, noise_model
 from designer.imaging.endtoend.check import CheckOptions, check_design
 from designer.imaging.render.camera_rays import on_sensor, ray_directions, sample_places
 from designer.imaging.render.dots import project_points, render_dots, traced_spot
-from designer.imaging.render.lens import Lens, pupil_of
+from designer.imaging.render.lens import RenderedLens, pupil_of
 from designer.imaging.render.passage import find_passage, trace_pupil
 from designer.imaging.render.raytracing import LOWER_VIEW, NO_VIEW, UPPER_VIEW, ground_truth, render
 from designer.imaging.render.scenes.shapes import Sphere
@@ -117,7 +117,7 @@ def test_spots_are_stretched_as_the_law_stretches_a_disc(law):
 def test_a_white_world_is_as_bright_as_pupil_and_solid_angle_of_a_pixel_say(law, aperture):
     """One cosine for the pupil seen from aside; sin(psi) dpsi / (r dr) for the solid angle behind an area of sensor."""
     design = with_coarse_pixels(wide_design(law), 8)
-    lens = Lens(wavelength_nm=None, mirror_reflectivity=0.8)
+    lens = RenderedLens(wavelength_nm=None, mirror_reflectivity=0.8)
     image = render(design, WHITE, samples=3, aperture=aperture, lens=lens)
     plain = render(design, WHITE, samples=3, aperture=aperture)
     camera, view = design.camera, ground_truth(design, WHITE).view
@@ -162,7 +162,9 @@ def test_beyond_the_field_of_a_lens_the_image_is_dark(aperture):
     # 85 degrees are 2.37 mm from the centre of a lens of 1.6 mm; the sensor's corner is at 4.4 mm.
     design = with_coarse_pixels(wide_design("equidistant"), 8)
     camera = design.camera.model_copy(update={"focal_length_mm": 1.6, "image_circle_radius_px": None})
-    image = render(design.model_copy(update={"camera": camera}), WHITE, samples=2, aperture=aperture, lens=Lens())
+    image = render(
+        design.model_copy(update={"camera": camera}), WHITE, samples=2, aperture=aperture, lens=RenderedLens()
+    )
     rows, columns = np.mgrid[0 : camera.height_px, 0 : camera.width_px]
     u0, v0 = camera.principal_point_px
     radius = np.hypot(columns - u0, rows - v0) * camera.pixel_pitch_mm
@@ -177,7 +179,7 @@ def test_beyond_the_field_of_a_lens_the_image_is_dark(aperture):
 def test_a_design_for_an_equidistant_lens_is_measured_as_predicted_end_to_end():
     """Over pixels twice as large; the scene is rendered through the lens with the tracer's law."""
     design = with_coarse_pixels(wide_design("equidistant"), 2)
-    check = check_design(design, CheckOptions(lens=Lens(), seed=2))
+    check = check_design(design, CheckOptions(lens=RenderedLens(), seed=2))
     assert check.passed
     assert check.untested == ()
     # The noise of the calibration scene is what blur, light and texture foretell through the law.
@@ -192,13 +194,13 @@ def predicted_noise_px(check) -> np.ndarray:
     design, grid = check.rig.design, check.rig.grid
     camera, pair = design.camera, stereo_pair_of(design)
     # The detector's own light: its full well at white, whatever the f-number.
-    light = Light(10_000.0, camera.f_number, 8.0)
+    light = CollectedLight(10_000.0, camera.f_number, 8.0)
     texture = rich_texture(design.working_volume.distance_mm[1])
-    conditions = Conditions(0.0, 1.0, camera.pixel_pitch_mm, 550e-6, 0.88, texture, light, MATCHING["sad"])
+    conditions = Conditions(0.0, 1.0, camera.pixel_pitch_mm, 550e-6, 0.88, texture, light, MATCHER_PERFORMANCE["sad"])
     paths = {name: light_path_of_design(design, name) for name in VIEW_NAMES}
     model = noise_model(conditions, pair, lens_of_camera(camera), paths)
     distance = np.exp(check.noise.log_distances)[:, None]
     upper = np.asarray(grid.slope("upper", np.arange(grid.rows)))[None, :]
-    lower = upper + pair.baseline / distance
-    predicted = depth_error_of_slopes(pair, lower, upper, model(lower, upper, distance))
-    return predicted / depth_error_of_slopes(pair, lower, upper, camera.pixel_pitch_mm)
+    slopes = PerView(lower=upper + pair.baseline / distance, upper=upper)
+    predicted = depth_error_of_slopes(pair, slopes, model(slopes, distance))
+    return predicted / depth_error_of_slopes(pair, slopes, camera.pixel_pitch_mm)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from designer.imaging.render.detector import Detector, expose
-from designer.imaging.render.lens import Lens
+from designer.imaging.render.lens import RenderedLens
 from designer.imaging.render.raytracing import render
 from designer.imaging.render.scenes.library import build_world
 from designer.imaging.stereo.illumination import LARGEST_FACTOR, brightened, brightening
@@ -21,7 +21,7 @@ def rows_of(mirror_reflectivity):
     """Mean brightness of the rows of both panoramas of a plain round wall, where both views see all of it."""
     design = coarse_prototype()
     world = build_world("cylinder", design, "poor")
-    radiance = render(design, world, samples=2, aperture=True, lens=Lens(mirror_reflectivity=REFLECTIVITY))
+    radiance = render(design, world, samples=2, aperture=True, lens=RenderedLens(mirror_reflectivity=REFLECTIVITY))
     raw = np.asarray(expose(radiance, QUIET, seed=0), dtype=np.uint8)
     rig = build_rig(design, columns=COLUMNS, mirror_reflectivity=mirror_reflectivity)
     found = {}

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from designer.design import PerView
 from designer.imaging.stereo.cloud import floor_plan, view_of_cloud
 from designer.imaging.stereo.panorama import panorama_grid, view_images
 from designer.imaging.stereo.placement import ImagePlacement
@@ -42,9 +43,7 @@ def test_a_point_comes_back_from_its_two_pixels(signs, senses, sampling, distanc
         rows[name], columns[name] = grid.row(name, slope), grid.column(seen_azimuth)
     assert (columns["upper"] - columns["lower"] + 900) % 1800 - 900 == pytest.approx(0, abs=1e-6)
     slopes = {name: grid.slope(name, row) for name, row in rows.items()}
-    back, back_height = triangulate(
-        slopes["lower"], slopes["upper"], design.views.lower.viewpoint_mm, design.baseline_mm
-    )
+    back, back_height = triangulate(PerView(**slopes), design.views.lower.viewpoint_mm, design.baseline_mm)
     # The disparity is a difference of rows that hold some 1e-16 relative error each: it limits a far point.
     assert back == pytest.approx(distance, rel=1e-9)
     assert back_height == pytest.approx(height, abs=1e-9 * np.hypot(distance, height))
@@ -115,7 +114,7 @@ def test_the_systematic_shift_is_that_of_an_image_of_another_scale(signs):
     for name, image in view_images(design).items():
         u, v = centre + larger * (np.array(image.project(cloud.positions_mm[0])) - centre)
         slopes[name] = image.direction_of(u, v)[0]
-    distance, _ = triangulate(slopes["lower"], slopes["upper"], design.views.lower.viewpoint_mm, design.baseline_mm)
+    distance, _ = triangulate(PerView(**slopes), design.views.lower.viewpoint_mm, design.baseline_mm)
     shift = (distance / np.hypot(*cloud.positions_mm[0, :2]) - 1.0) / 1e-6
     assert depth_shifts_per_scale(design, cloud) == pytest.approx([shift], rel=1e-4)
 
@@ -131,7 +130,7 @@ def test_the_uncertainty_is_that_of_noisy_projections(signs):
         u, v = image.project(cloud.positions_mm[0])
         seen[name] = image.direction_of(u + rng.normal(0, 0.05, draws), v + rng.normal(0, 0.05, draws))
     distance, height = triangulate(
-        seen["lower"][0], seen["upper"][0], design.views.lower.viewpoint_mm, design.baseline_mm
+        PerView(lower=seen["lower"][0], upper=seen["upper"][0]), design.views.lower.viewpoint_mm, design.baseline_mm
     )
     assert np.std(distance) == pytest.approx(cloud.sigma_distance_mm[0], rel=0.02)
     assert np.std(height) == pytest.approx(cloud.sigma_height_mm[0], rel=0.02)

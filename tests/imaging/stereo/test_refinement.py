@@ -5,7 +5,7 @@ import pytest
 
 from designer.imaging.stereo.matching import Matches, MatchingOptions, MatchOutcome, SearchRange, match
 from designer.imaging.stereo.panorama import AZIMUTH_PADDING, PanoramaGrid
-from designer.imaging.stereo.refinement import refine
+from designer.imaging.stereo.refinement import refine_disparities
 
 COLUMNS, ROWS, WINDOW = 240, 120, 9
 INSIDE = (slice(30, -30), slice(25, -25))
@@ -72,7 +72,7 @@ def test_noise_leaves_what_the_pixels_can_tell():
     """With noise s in both views the error of a window of n pixels is s sqrt(2) / (steepness sqrt(n))."""
     noise = 3.0
     upper, lower, truth = slanted_pair(0.4, 0.05, 0.05, noise)
-    error = (refine(truth.astype(np.float32), upper, lower, WINDOW) - truth)[INSIDE]
+    error = (refine_disparities(truth.astype(np.float32), upper, lower, WINDOW) - truth)[INSIDE]
     clean, _, _ = slanted_pair(0.4, 0.05, 0.05)
     steepness = np.sqrt(np.mean(np.gradient(clean.astype(float), axis=1) ** 2))
     assert np.std(error) == pytest.approx(noise * np.sqrt(2.0) / steepness / WINDOW, rel=0.3)
@@ -88,7 +88,7 @@ def test_a_depth_edge_stays_where_it_is():
     truth = (disparity + 0 * row)[AZIMUTH_PADDING:-AZIMUTH_PADDING].astype(np.float32)
     random = np.random.default_rng(2)
     start = truth + random.normal(0.0, 0.05, truth.shape).astype(np.float32)
-    error = np.abs(refine(start, upper, lower, WINDOW) - truth)[:, INSIDE[1]]
+    error = np.abs(refine_disparities(start, upper, lower, WINDOW) - truth)[:, INSIDE[1]]
     edge, half = COLUMNS // 2, WINDOW // 2
     beside = error[edge - half : edge + half]
     # Five rows apart; a window that mixed the two surfaces would be off by more than a row beside the edge.
@@ -103,11 +103,11 @@ def test_what_was_dropped_stays_dropped_and_nothing_strays():
     disparities = random.uniform(-5, 5, (COLUMNS, ROWS)).astype(np.float32)
     disparities[random.random(disparities.shape) < 0.3] = np.nan
     before = disparities.copy()
-    refined = refine(disparities, upper, lower, WINDOW)
+    refined = refine_disparities(disparities, upper, lower, WINDOW)
     np.testing.assert_array_equal(disparities, before)
     np.testing.assert_array_equal(np.isnan(refined), np.isnan(before))
     assert np.nanmax(np.abs(refined - before)) <= 1.0
-    nothing = refine(np.full_like(disparities, np.nan), upper, lower, WINDOW)
+    nothing = refine_disparities(np.full_like(disparities, np.nan), upper, lower, WINDOW)
     assert np.isnan(nothing).all()
 
 

@@ -9,7 +9,7 @@ from designer.as_built.model import with_departures
 from designer.as_built.parameters import values_of
 from designer.as_built.projection import project, targets_of
 from designer.departures import AsBuilt, MirrorDeparture
-from designer.design import VIEW_NAMES, Design
+from designer.design import VIEW_NAMES, Design, PerView
 from designer.files import InputError
 from designer.imaging.render.sensor import sensor_of
 from designer.imaging.stereo.placement import view_image
@@ -44,7 +44,8 @@ def test_the_ray_behind_a_pixel_is_that_of_the_renderers_tracer(name: str):
     for view, image in traced_views(design).items():
         slope, azimuth = directions(design, view)
         trace = trace_first_hits(sensor.instrument, sensor.directions(*image.pixel_of(slope, azimuth), None, None))
-        start, ahead = sensor.in_world(trace.exit_point, trace.exit_direction)
+        left = sensor.leaving(trace.exit_point, trace.exit_direction)
+        start, ahead = left.point, left.direction
         on_way = np.array([trace.sequence[each][trace.sequence[each] >= 0].size for each in range(len(slope))])
         met = on_way == len(getattr(design.views, view).path)
         assert met.mean() > 0.9
@@ -76,10 +77,11 @@ def test_rays_of_a_point_meet_there_where_the_designs_tables_are_wrong(name: str
     # A matcher looks in one column, so the lower view's azimuth is taken for that of the upper.
     apart = np.abs(np.remainder(seen["upper"][1] - seen["lower"][1] + np.pi, 2.0 * np.pi) - np.pi)
     assert apart.max() < 0.1 * np.radians(0.2)
-    met = midpoints(images, seen["upper"][0], seen["lower"][0], seen["upper"][1])
+    met = midpoints(images, PerView(upper=seen["upper"][0], lower=seen["lower"][0]), seen["upper"][1])
     error = np.abs(np.hypot(met[:, 0], met[:, 1]) / distance - 1.0)
     assert error.max() < 2e-3
-    by_design = triangulate(plain["lower"][0], plain["upper"][0], design.views.lower.viewpoint_mm, design.baseline_mm)
+    slopes = PerView(lower=plain["lower"][0], upper=plain["upper"][0])
+    by_design = triangulate(slopes, design.views.lower.viewpoint_mm, design.baseline_mm)
     assert np.median(np.abs(by_design[0] / distance - 1.0)) > 20.0 * np.median(error)
 
 

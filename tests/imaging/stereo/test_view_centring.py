@@ -23,7 +23,9 @@ from support.studied_designs import SHARP_NAMES, sharp_design, with_coarse_pixel
 TEXTURE = Waves(finest_deg=1.6, coarsest_deg=24.0, count=60)
 WALL = eccentric_wall(1700.0, 0.6)
 # 4.2 px apart, as the published rig's.
-APART = ViewPlacements(ImagePlacement((402.6, 297.2), 0.3, 0.99), ImagePlacement((400.0, 300.5), 0.303, 0.99))
+APART = ViewPlacements(
+    upper=ImagePlacement((402.6, 297.2), 0.3, 0.99), lower=ImagePlacement((400.0, 300.5), 0.303, 0.99)
+)
 START = ImagePlacement((399.5, 299.5), 0.3, 0.99)
 
 
@@ -38,7 +40,8 @@ def test_least_squares_tell_centres_and_turn_from_noisy_shifts_within_their_erro
     assumed = build_rig(coarse_prototype(), columns=900)
     u, v = assumed.images["upper"].placement.center_px
     true_placement = ViewPlacements(
-        ImagePlacement((u - truth[0], v - truth[1])), ImagePlacement((u - truth[2], v - truth[3]), -truth[4])
+        upper=ImagePlacement((u - truth[0], v - truth[1])),
+        lower=ImagePlacement((u - truth[2], v - truth[3]), -truth[4]),
     )
     true = build_rig(coarse_prototype(), columns=900, placement=true_placement).images
     scores = []
@@ -66,7 +69,8 @@ def test_two_centres_are_found_to_a_tenth_of_a_pixel(signs):
     design = with_views(coarse_prototype(), signs)
     found = find_centres(design, raw_image(design, WALL, TEXTURE, APART, noise=2.0), START)
     assert found.note == ""
-    for view, error in zip(VIEW_NAMES, found.standard_errors_px, strict=True):
+    for view in VIEW_NAMES:
+        error = found.standard_errors_px[view]
         centre, truth = (np.array(getattr(both, view).center_px) for both in (found.placement, APART))
         np.testing.assert_allclose(centre, truth, atol=0.1)
         assert np.hypot(*(centre - truth)) < 4.0 * error < 0.25
@@ -99,7 +103,7 @@ def test_views_whose_radii_keep_their_ratio_do_not_tell_two_centres():
     assert found.placement == find_centre(design, raw, START)
     assert found.standard_errors_px is None
     assert "does not determine" in found.note
-    again = find_centres(design, raw, ViewPlacements(APART.lower, APART.upper))
+    again = find_centres(design, raw, ViewPlacements(upper=APART.lower, lower=APART.upper))
     moves = [
         np.subtract(getattr(again.placement, view).center_px, start.center_px)
         for view, start in (("upper", APART.lower), ("lower", APART.upper))
@@ -111,7 +115,7 @@ def test_views_whose_radii_keep_their_ratio_do_not_tell_two_centres():
 def test_equal_placements_of_both_views_are_one_placement():
     raw = raw_image(coarse_prototype(), WALL, TEXTURE, START, noise=2.0)
     clouds = []
-    for placement in (START, ViewPlacements(START, START)):
+    for placement in (START, ViewPlacements(upper=START, lower=START)):
         rig = build_rig(coarse_prototype(), columns=900, placement=placement, equalise=True)
         clouds.append(point_cloud(rig, raw, match_image(rig, raw)))
     assert len(clouds[0].positions_mm) > 10_000

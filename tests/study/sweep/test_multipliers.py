@@ -4,9 +4,10 @@ import math
 
 import pytest
 
-from designer.optimise.multipliers import F_NUMBER, first_stage_multipliers, number_at
+from designer.optimise.multipliers import F_NUMBER, first_stage_multipliers
 from designer.optimise.search import search
 from designer.requirement import set_key
+from designer.requirement.design_quantities import number_at
 from support.shipped_problems import CONFIGURATIONS, however_blurred, shipped_requirement
 
 # (requirement, height of the envelope, mm; configuration): ten designs that the envelope holds.

@@ -7,8 +7,8 @@ import numpy as np
 from designer.imaging.render.scenes.layout import (
     DRAWN_REACH_MM,
     PERSON_MM,
+    DrawnVolume,
     Thing,
-    Volume,
     at,
     block,
     chord,
@@ -30,7 +30,7 @@ LEAST_RATIO_FOR_GOODS = 3.0
 STACK_WIDE_DEG, PERSON_WIDE_DEG = 7.0, 9.0
 
 
-def hall(volume: Volume) -> list[Thing]:
+def hall(volume: DrawnVolume) -> list[Thing]:
     """The warehouse around a working volume."""
     floor = volume.floor(SENSOR_HEIGHT_MM)
     roof = max(ROOF_MM, volume.top(DRAWN_REACH_MM))
@@ -114,7 +114,7 @@ def _deck(walls: list[float], edge: float, deck: float, floor: float) -> list[Th
     return things
 
 
-def _equipment(volume: Volume, azimuth: float, band: int, kind: int, floor: float, roof: float) -> list[Thing]:
+def _equipment(volume: DrawnVolume, azimuth: float, band: int, kind: int, floor: float, roof: float) -> list[Thing]:
     """One of four things as wide as a sector and as tall as the range of elevation: rack, column, goods, sign."""
     distance = volume.distance(band, 0.2 + 0.13 * kind)
     width = chord(distance, WIDE_DEG)
@@ -159,7 +159,7 @@ def _equipment(volume: Volume, azimuth: float, band: int, kind: int, floor: floa
     return [Thing(block(azimuth, distance, (width, depth), (bottom, top)), "boards", 1.2), *hung]
 
 
-def _goods(volume: Volume, azimuth: float, quarter: int, ground: float, edge: float) -> list[Thing]:
+def _goods(volume: DrawnVolume, azimuth: float, quarter: int, ground: float, edge: float) -> list[Thing]:
     """People and pallets with cartons that stand before the far wall."""
     distance = max(volume.distance(2, 0.7), edge / max(0.3, float(np.sin(np.radians(azimuth)))) + 150.0)
     deep = volume.distance(3, 1.0) - volume.distance(3, 0.0)

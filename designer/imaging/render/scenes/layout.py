@@ -33,7 +33,7 @@ class Thing:
 
 
 @dataclass(frozen=True, slots=True)
-class Volume:
+class DrawnVolume:
     """A working volume as drawn: its nearest distance in mm (the farthest is ``DRAWN_REACH_MM``) and its slopes.
 
     ``low`` and ``high`` are tan(elevation) of its ends, ``sensor_height_mm`` the height over the floor if given.
@@ -63,13 +63,13 @@ class Volume:
         return min(-usual_mm, self.bottom(DRAWN_REACH_MM))
 
 
-def volume_of(design: Design, sensor_height_mm: float | None) -> tuple[Volume, float]:
+def drawn_volume_of(design: Design, sensor_height_mm: float | None) -> tuple[DrawnVolume, float]:
     """The working volume of a design as drawn, and the scale from there to the design's mm."""
     near, far = design.working_volume.distance_mm
     low, high = np.tan(np.radians(design.working_volume.elevation_deg))
     scale = far / DRAWN_REACH_MM
     height = None if sensor_height_mm is None else sensor_height_mm / scale
-    return Volume(near / scale, float(low), float(high), height), scale
+    return DrawnVolume(near / scale, float(low), float(high), height), scale
 
 
 def at(azimuth_deg: float, distance_mm: float, height_mm: float, aside_mm: float = 0.0) -> Point:

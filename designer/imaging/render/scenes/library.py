@@ -16,7 +16,7 @@ import numpy as np
 from designer.design import Design
 from designer.files import InputError
 from designer.imaging.render.scenes.hall import hall
-from designer.imaging.render.scenes.layout import DRAWN_REACH_MM, Thing, Volume, volume_of
+from designer.imaging.render.scenes.layout import DRAWN_REACH_MM, DrawnVolume, Thing, drawn_volume_of
 from designer.imaging.render.scenes.materials import Finishes, make_material
 from designer.imaging.render.scenes.office import office
 from designer.imaging.render.scenes.pipe import PICTURE_MM, pipe, pipe_radius
@@ -25,7 +25,7 @@ from designer.imaging.render.scenes.sky import sky
 from designer.imaging.render.scenes.world import World
 from designer.imaging.render.textures import make_texture
 
-SCENES: dict[str, Callable[[Volume], list[Thing]]] = {"office": office, "pipe": pipe, "hall": hall, "sky": sky}
+SCENES: dict[str, Callable[[DrawnVolume], list[Thing]]] = {"office": office, "pipe": pipe, "hall": hall, "sky": sky}
 """What stands in each scene that is drawn for a working volume; an entry here is a scene."""
 SCENE_NAMES = (*SCENES, "cylinder")
 MESH_SUFFIXES = (".obj", ".ply", ".stl", ".glb", ".gltf", ".off")
@@ -73,7 +73,7 @@ def build_world(
         return make_world(scene, [round_wall(float(np.sqrt(near * far)), middle, far)], far, texture, seed)
     if scene not in SCENES:
         raise InputError(f"scene {scene!r}: must be one of auto, {', '.join(SCENE_NAMES)}, or a mesh file")
-    volume, scale = volume_of(design, sensor_height_mm)
+    volume, scale = drawn_volume_of(design, sensor_height_mm)
     # The nearest first: what they hide need not be looked for.
     things = sorted(SCENES[scene](volume), key=_nearness)
     world = make_world(scene, [_placed(thing.shape, scale, middle) for thing in things], far, texture, seed)

@@ -7,8 +7,8 @@ import numpy as np
 from designer.imaging.render.scenes.layout import (
     DRAWN_REACH_MM,
     PERSON_MM,
+    DrawnVolume,
     Thing,
-    Volume,
     at,
     block,
     chord,
@@ -26,7 +26,7 @@ BANDS_OF_SECTORS = (0, 3, 1, 2)
 WIDE_DEG = 20.0
 
 
-def office(volume: Volume) -> list[Thing]:
+def office(volume: DrawnVolume) -> list[Thing]:
     """The office around a working volume."""
     floor = volume.floor(SENSOR_HEIGHT_MM)
     ceiling = max(floor + ROOM_HEIGHT_MM, volume.top(DRAWN_REACH_MM))
@@ -41,7 +41,7 @@ def office(volume: Volume) -> list[Thing]:
     return things
 
 
-def _room(volume: Volume, floor: float, ceiling: float) -> list[Thing]:
+def _room(volume: DrawnVolume, floor: float, ceiling: float) -> list[Thing]:
     """Walls in the farthest band, with windows, doors and posters."""
     things: list[Thing] = []
     middle, half_height = (floor + ceiling) / 2.0, (ceiling - floor) / 2.0 * (1.0 + 1e-6)
@@ -110,7 +110,7 @@ def _on_wall(
     return things
 
 
-def _furniture(volume: Volume, azimuth: float, band: int, kind: int, room: tuple[float, float]) -> list[Thing]:
+def _furniture(volume: DrawnVolume, azimuth: float, band: int, kind: int, room: tuple[float, float]) -> list[Thing]:
     """One of four pieces as wide as a sector: bookcase, cupboard, board, or a person with a plant."""
     floor, ceiling = room
     distance = volume.distance(band, 0.2 + 0.13 * kind)

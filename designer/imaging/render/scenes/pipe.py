@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from designer.imaging.render.scenes.layout import DRAWN_REACH_MM, Thing, Volume
+from designer.imaging.render.scenes.layout import DRAWN_REACH_MM, DrawnVolume, Thing
 from designer.imaging.render.scenes.shapes import Cylinder, Ellipsoid, Point, Sphere
 
 # The pipe's wall is drawn for this circumference, and repeats along it after an eighth.
@@ -14,12 +14,12 @@ ASIDE = 0.96
 REACH = 100.0
 
 
-def pipe_radius(volume: Volume) -> float:
+def pipe_radius(volume: DrawnVolume) -> float:
     """Radius in mm of the pipe as drawn."""
     return (volume.near_mm + DRAWN_REACH_MM) / 2.0
 
 
-def pipe(volume: Volume) -> list[Thing]:
+def pipe(volume: DrawnVolume) -> list[Thing]:
     """The pipe around a working volume."""
     radius, swing = pipe_radius(volume), (DRAWN_REACH_MM - volume.near_mm) / 2.0
     aside, lump = ASIDE * swing, 0.1 * swing

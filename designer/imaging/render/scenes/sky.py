@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from designer.imaging.render.scenes.layout import DRAWN_REACH_MM, Thing, Volume, at, block, chord, level, panel, tree
+from designer.imaging.render.scenes.layout import (
+    DRAWN_REACH_MM,
+    DrawnVolume,
+    Thing,
+    at,
+    block,
+    chord,
+    level,
+    panel,
+    tree,
+)
 from designer.imaging.render.scenes.shapes import Cylinder, Ellipsoid, Rectangle, Sphere
 
 SENSOR_HEIGHT_MM = 1200.0
@@ -12,7 +22,7 @@ BANDS_OF_SECTORS = (0, 3, 1, 2)
 WIDE_DEG, HOUSE_WIDE_DEG = 18.0, 21.0
 
 
-def sky(volume: Volume) -> list[Thing]:
+def sky(volume: DrawnVolume) -> list[Thing]:
     """The yard around a working volume."""
     ground = volume.floor(SENSOR_HEIGHT_MM)
     things = [
@@ -26,7 +36,7 @@ def sky(volume: Volume) -> list[Thing]:
     return things + _lines(volume)
 
 
-def _structure(volume: Volume, azimuth: float, band: int, kind: int, ground: float) -> list[Thing]:
+def _structure(volume: DrawnVolume, azimuth: float, band: int, kind: int, ground: float) -> list[Thing]:
     """One of four structures, each as tall as the range of elevation where it stands."""
     distance = volume.distance(band, 0.2 + 0.13 * kind)
     deep = volume.distance(band, 1.0) - volume.distance(band, 0.0)
@@ -147,7 +157,7 @@ def _water_tower(azimuth: float, distance: float, width: float, heights: tuple[f
     ]
 
 
-def _lines(volume: Volume) -> list[Thing]:
+def _lines(volume: DrawnVolume) -> list[Thing]:
     """Cables from mast to mast, all round above the yard."""
     distance = volume.distance(3, 0.6)
     posts = [at(90.0 * turn + 12.0, distance, 0.8 * volume.top(distance)) for turn in range(4)]

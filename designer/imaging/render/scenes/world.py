@@ -32,7 +32,7 @@ GRAZING_COSINE = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Bounds:
+class BoundingCylinders:
     """What holds each of s shapes: an upright round bar, ``away`` (s,) mm from the axis at ``azimuth`` (s,)."""
 
     away: Array
@@ -62,7 +62,7 @@ class World:
     background: float = 0.0
     turns: Array | None = None
     finishes: Finishes | None = None
-    bounds: Bounds = field(init=False, repr=False, compare=False)
+    bounds: BoundingCylinders = field(init=False, repr=False, compare=False)
     numbers: tuple[tuple[int, Array] | None, ...] = field(init=False, repr=False, compare=False)
     coloured: tuple[Coloured | None, ...] = field(init=False, repr=False, compare=False)
 
@@ -92,7 +92,7 @@ class Hits:
 
 
 @dataclass(frozen=True, slots=True)
-class Rays:
+class SceneRays:
     """Rays (3, n) with unit directions, ready to be met by the shapes of any world.
 
     ``order`` (n,) sorts them by azimuth; the others are in that order: ``azimuth`` (n,), ``starts`` and ``ahead``
@@ -109,7 +109,7 @@ class Rays:
     slopes: Array
 
     @classmethod
-    def of(cls, points: Array, directions: Array) -> Rays:
+    def of(cls, points: Array, directions: Array) -> SceneRays:
         """From starts and unit directions (3, n)."""
         # Rays start near the axis and most pass by most shapes: sorted by azimuth, those that may not are found at
         # once.
@@ -124,10 +124,10 @@ class Rays:
 
 def first_surfaces(world: World, points: Array, directions: Array) -> Hits:
     """The first surface of a world on each ray (3, n); directions are unit vectors."""
-    return first_surfaces_on(world, Rays.of(points, directions))
+    return first_surfaces_on(world, SceneRays.of(points, directions))
 
 
-def first_surfaces_on(world: World, rays: Rays) -> Hits:
+def first_surfaces_on(world: World, rays: SceneRays) -> Hits:
     """The same on rays that other worlds may have met."""
     count, order = rays.order.size, rays.order
     found, found_surface = np.full(count, np.inf), np.full(count, -1, dtype=np.intp)
@@ -185,16 +185,16 @@ def _meet_run(
     found[chosen[nearer]], found_surface[chosen[nearer]] = reached[nearer], run.surface
 
 
-def _bounds(shapes: tuple[Shape, ...]) -> Bounds:
+def _bounds(shapes: tuple[Shape, ...]) -> BoundingCylinders:
     discs = [shape.bounding_disc() for shape in shapes]
     centres = np.array([centre for centre, _ in discs]).reshape(-1, 2)
     heights = np.array([shape.heights() for shape in shapes]).reshape(-1, 2)
     radii = np.array([radius for _, radius in discs])
     away, azimuth = np.hypot(centres[:, 0], centres[:, 1]), np.arctan2(centres[:, 1], centres[:, 0])
-    return Bounds(away, azimuth, radii, heights[:, 0], heights[:, 1])
+    return BoundingCylinders(away, azimuth, radii, heights[:, 0], heights[:, 1])
 
 
-def _candidates(bounds: Bounds, azimuth: Array, starts: Array) -> Iterator[_Run]:
+def _candidates(bounds: BoundingCylinders, azimuth: Array, starts: Array) -> Iterator[_Run]:
     """For each shape the runs of rays of sorted azimuths (n,) that may meet it.
 
     A ray that starts at most ``off`` from the axis meets the disc only if its azimuth differs from that of the centre
