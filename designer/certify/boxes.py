@@ -18,8 +18,9 @@ from designer.certify.score_bound import least_score
 # Propagation goes on while it leaves less than this share of a box, at most so often.
 WORTH_ANOTHER_ROUND = 0.6
 MOST_ROUNDS = 4
-# The score's affine forms are found where its ranges come this near to the target.
-WORTH_FORMS = 0.95
+# The score's affine forms are found where its ranges come this near to the target, in boxes of at most this share of the
+# variables' ranges: in wider ones they say no more than ranges.
+WORTH_FORMS, NARROW = 0.95, 0.1
 SWEEPS = 3
 
 _FILES = ("boxes.py", "affine.py", "intervals.py", "score_bound.py")
@@ -37,6 +38,15 @@ def _volume(least, greatest):
     for t in range(least.size):
         volume *= max(greatest[t] - least[t], 1e-30)
     return volume
+
+
+@compiled
+def _width(least, greatest, widths):
+    """The largest width of a box, in terms of ``widths``."""
+    widest = 0.0
+    for t in range(least.size):
+        widest = max(widest, (greatest[t] - least[t]) / widths[t])
+    return widest
 
 
 @compiled
@@ -207,7 +217,7 @@ def examine(
         if target < HUGE:
             evaluate(score_codes, score_first, score_second, score_constants, score_low, score_high, ends[0], ends[1])
             score = least_score(score_low, score_high, score_results, weights, texture[0], texture[1], texture[2])
-            if WORTH_FORMS * target < score < target:
+            if WORTH_FORMS * target < score < target and _width(ends[0], ends[1], widths) < NARROW:
                 if not form_all(
                     score_codes,
                     score_first,

@@ -16,8 +16,7 @@ from designer.optimise.operations import state
 from designer.optimise.problem import evaluate
 from designer.optimise.search import search
 from designer.optimise.variables import with_principal_distance
-
-from .conftest import configuration_of, requirement_of
+from support.proved import configuration_of, requirement_of
 
 
 def at(problem, names, points):
