@@ -18,8 +18,8 @@ from designer.certify.score_bound import least_score
 # Propagation goes on while it leaves less than this share of a box, at most so often.
 WORTH_ANOTHER_ROUND = 0.6
 MOST_ROUNDS = 4
-# The score's affine forms are found where its ranges come this near to the target, in boxes of at most this share of the
-# variables' ranges: in wider ones they say no more than ranges.
+# The score's affine forms are found where its ranges come this near to the target, in boxes of at most this share of
+# the variables' ranges: in wider ones they say no more than ranges.
 WORTH_FORMS, NARROW = 0.95, 0.1
 SWEEPS = 3
 
