@@ -15,6 +15,7 @@ MODULES = {
     "mesh": ("trimesh", "embreex"),
     "cluster": ("distributed",),
     "compiled": ("numba",),
+    "certify": ("numba",),
     "dxf": ("ezdxf",),
     "drawing": ("typst",),
     "notebooks": ("plotly",),

@@ -52,6 +52,7 @@ from designer.api.images import (
 from designer.api.studies import (
     StudyResult,
     SweepResult,
+    certify,
     compare,
     configurations,
     multipliers,
@@ -71,6 +72,7 @@ __all__ = [
     "SweepResult",
     "built_sensor",
     "calibrate",
+    "certify",
     "check",
     "compare",
     "compare_equalisation",

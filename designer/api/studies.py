@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -214,6 +215,30 @@ def compare(first: str | Path, second: str | Path) -> StudyComparison:
     from designer.study.compare import compare as compare_folders
 
     return compare_folders(Path(first), Path(second))
+
+
+def certify(folder: str | Path, only: Sequence[str] = (), seconds: float = 60.0) -> pd.DataFrame:
+    """Prove how far a study's designs are from the best possible, and which configurations have no design.
+
+    A table with a row for each configuration looked at, as ``certificates.csv`` in the study's folder has it
+    (docs/certify.md). Depth errors are shares.
+
+    Parameters
+    ----------
+    only
+        Names or glob patterns of configurations; all if there are none.
+    seconds
+        Processor time for each configuration.
+
+    Raises
+    ------
+    InputError
+        The folder is no study's, a pattern matches nothing, or the extra ``certify`` is not installed.
+    """
+    require_extra("certify", "certifying a study")
+    from designer.certify.certify import certificate_frame, certify_study
+
+    return certificate_frame(certify_study(Path(folder), seconds, only))
 
 
 def multipliers(requirement: Requirement, configuration: str) -> pd.Series[float]:

@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 import click
 
 from designer.cli.calibrate import calibrate
+from designer.cli.certify import certify
 from designer.cli.check import check
 from designer.cli.compare import compare
 from designer.cli.designs import evaluate, trace
@@ -78,6 +79,7 @@ for command in (
     order,
     sweep,
     compare,
+    certify,
     tolerance,
     target,
     calibrate,

@@ -171,19 +171,40 @@ def rms_over_volume(
     By tensor Gauss-Legendre quadrature in the logarithms of the distance and of t = tan(pi/4 + elevation/2): the depth
     error is a short sum of powers of t, so few nodes hold it even for steep volumes.
     """
+    near, far = volume.distances
+    low, high = (half_angle_tangent(tan(elevation), "direct") for elevation in volume.elevations)
+    numbers = [low, high, near, far, *given]
+    dimensions = max(map(np.ndim, numbers)) if not any(map(is_symbolic, numbers)) else 1
+    nodes = volume_nodes(volume)
+    weights = _rows([node.weight for node in nodes], dimensions)
+    slopes = _rows([node.slope for node in nodes], dimensions)
+    distances = _rows([node.distance for node in nodes], dimensions)
+    value = row_by_row(value_at, slopes, distances)
+    return sqrt(total(weights * value * value) / total(weights))
+
+
+@dataclass(frozen=True, slots=True)
+class VolumeNode:
+    """A node of the score's quadrature: tan(elevation) from the middle of the baseline, distance in mm, its weight."""
+
+    slope: Scalar
+    distance: Scalar
+    weight: Scalar
+
+
+def volume_nodes(volume: Volume) -> list[VolumeNode]:
+    """The nodes at which the score is taken; the weights do not add up to 1."""
     low, high = (half_angle_tangent(tan(elevation), "direct") for elevation in volume.elevations)
     near, far = volume.distances
     elevation_rule, distance_rule = _unit_gauss_legendre(ELEVATION_NODES), _unit_gauss_legendre(DISTANCE_NODES)
     along_elevation = [(low * (high / low) ** node, weight) for node, weight in elevation_rule]
     along_distance = [(near * (far / near) ** node, weight) for node, weight in distance_rule]
-    numbers = [low, high, near, far, *given]
-    dimensions = max(map(np.ndim, numbers)) if not any(map(is_symbolic, numbers)) else 1
     # d(elevation) = cos(elevation) d(log t), and 1 / cos(elevation) = (t + 1/t) / 2.
-    weights = _rows([2.0 * w / (t + 1.0 / t) * v for t, w in along_elevation for _, v in along_distance], dimensions)
-    slopes = _rows([elevation_tangent(t, "direct") for t, _ in along_elevation for _ in along_distance], dimensions)
-    distances = _rows([distance for _ in along_elevation for distance, _ in along_distance], dimensions)
-    value = row_by_row(value_at, slopes, distances)
-    return sqrt(total(weights * value * value) / total(weights))
+    return [
+        VolumeNode(elevation_tangent(t, "direct"), distance, 2.0 * w / (t + 1.0 / t) * v)
+        for t, w in along_elevation
+        for distance, v in along_distance
+    ]
 
 
 def _numbers_of(pair: StereoPair) -> list[Scalar]:

@@ -184,6 +184,77 @@ def matching_noise(
     distance
         Horizontal distance of the point from the axis in mm.
     """
+    seen = seen_on_surface(points, distance, light, exposure, matching)
+    mean_along, mean_across, template = seen.mean_along, seen.mean_across, seen.template
+    signal = texture_gradient_energy(texture, sqrt(mean_along + template / 2.0), sqrt(mean_across))
+    weight = texture_gradient_energy(texture, sqrt(mean_along + template), sqrt(mean_across))
+    scale = seen.loss / (seen.area * signal * signal)
+    noises = []
+    for view in (seen.views.upper, seen.views.lower):
+        rounding = view.rounding * seen.row * seen.column * weight
+        total_along, total_across = mean_along + template + view.smoothing, mean_across + seen.across_smoothing
+        smoothed = texture_gradient_energy(texture, sqrt(total_along), sqrt(total_across))
+        aliased = _aliasing(
+            texture,
+            view.pixel,
+            view.mean_blur / exposure.pixel_pitch**2 - PIXEL_VARIANCE,
+            total_along,
+            total_across,
+        )
+        variance = scale * (view.raw * view.pixel * smoothed + rounding + aliased) + (seen.edge + seen.floor) / 2.0
+        noises.append(sqrt(variance / view.scale_along))
+    return PerView(upper=noises[0], lower=noises[1])
+
+
+@dataclass(frozen=True, slots=True)
+class ViewOnSurface:
+    """What one view of a match brings to its noise; areas in mm^2 on the surface unless they are the sensor's.
+
+    ``scale_along`` is the squared length on the surface of one mm along the radius on the sensor, ``pixel`` the area of
+    a raw pixel, ``smoothing`` the variance along the meridian that equalisation adds, ``mean_blur`` the variance of all
+    blur on the sensor. ``raw`` and ``rounding`` are variances relative to the signal squared: of a raw pixel, and of
+    the panorama's own rounding.
+    """
+
+    scale_along: Scalar
+    pixel: Scalar
+    smoothing: Scalar
+    mean_blur: Scalar
+    raw: Scalar
+    rounding: Scalar
+
+
+@dataclass(frozen=True, slots=True)
+class SurfaceSeen:
+    """A point's surroundings as both views of a match have them: all that its noise depends on.
+
+    Variances in mm^2 on the surface: ``mean_along`` and ``mean_across`` the meridian of all blur, mean of both views,
+    ``template`` of the gradient that weighs the window, ``across_smoothing`` of equalisation. ``row`` and ``column``
+    are a panorama pixel's sides in mm, ``area`` the window's. ``loss`` is what the matcher and the slant of the surface
+    cost. ``edge`` and ``floor`` are variances in mm^2 of the shift itself: from unequal blur, and what is always left.
+    """
+
+    views: PerView[ViewOnSurface]
+    mean_along: Scalar
+    mean_across: Scalar
+    across_smoothing: Scalar
+    template: Scalar
+    row: Scalar
+    column: Scalar
+    area: Scalar
+    loss: Scalar
+    edge: Scalar
+    floor: Scalar
+
+
+def seen_on_surface(
+    points: PerView[ImagePoint],
+    distance: Scalar,
+    light: CollectedLight,
+    exposure: CameraSetting,
+    matching: MatcherPerformance,
+) -> SurfaceSeen:
+    """What both views make of a point's surroundings; parameters as of :func:`matching_noise`."""
     views = (points.upper, points.lower)
     step = 2.0 * np.pi / matching.columns
     stretch = [1.0 + view.slope * view.slope for view in views]
@@ -198,36 +269,38 @@ def matching_noise(
     blurs = [_blur_variances(exposure, view) for view in views]
     along = [blur[0] * scale + h for blur, scale, h in zip(blurs, along_scale, along_smoothing, strict=True)]
     across = [blur[1] * scale + across_smoothing for blur, scale in zip(blurs, across_scale, strict=True)]
-    mean_along, mean_across = (along[0] + along[1]) / 2.0, (across[0] + across[1]) / 2.0
 
     row, column = step * distance * stretch[0], step * distance
-    area = matching.window**2 * row * column
-    # The gradient that weighs the window is the difference over two rows.
-    template = row * row / 3.0
-    signal = texture_gradient_energy(texture, sqrt(mean_along + template / 2.0), sqrt(mean_across))
-    weight = texture_gradient_energy(texture, sqrt(mean_along + template), sqrt(mean_across))
     excess = matching.slant_loss * matching.window * (stretch[0] - stretch[1])
-    loss = (1.0 + excess * excess / (stretch[0] * stretch[1])) / matching.efficiency
-    scale = loss / (area * signal * signal)
-    edge = matching.edge_loss**2 * _edge_variance(along, across, matching.window * row, matching.window * column)
-    floor = (matching.floor * row) ** 2
-    noises = []
+    on_surface = []
     for view, scale_along, scale_across, smoothing, blur in zip(
         views, along_scale, across_scale, along_smoothing, blurs, strict=True
     ):
-        raw = pixel_variance(light, exposure.f_number, view.illumination)
-        # A panorama is rounded as bright as it was recorded; evening out the brightness comes afterwards.
-        rounding = rounding_variance(light, view.illumination) * row * column * weight
-        total_along, total_across = mean_along + template + smoothing, mean_across + across_smoothing
-        smoothed = texture_gradient_energy(texture, sqrt(total_along), sqrt(total_across))
-        pixel = sqrt(scale_along * scale_across) * exposure.pixel_pitch**2
-        mean_blur = blur[0] if view.stretch is None else (blur[0] + blur[1]) / 2.0
-        aliased = _aliasing(
-            texture, pixel, mean_blur / exposure.pixel_pitch**2 - PIXEL_VARIANCE, total_along, total_across
+        on_surface.append(
+            ViewOnSurface(
+                scale_along,
+                sqrt(scale_along * scale_across) * exposure.pixel_pitch**2,
+                smoothing,
+                blur[0] if view.stretch is None else (blur[0] + blur[1]) / 2.0,
+                pixel_variance(light, exposure.f_number, view.illumination),
+                # A panorama is rounded as bright as it was recorded; evening out the brightness comes afterwards.
+                rounding_variance(light, view.illumination),
+            )
         )
-        variance = scale * (raw * pixel * smoothed + rounding + aliased) + (edge + floor) / 2.0
-        noises.append(sqrt(variance / scale_along))
-    return PerView(upper=noises[0], lower=noises[1])
+    return SurfaceSeen(
+        PerView(upper=on_surface[0], lower=on_surface[1]),
+        (along[0] + along[1]) / 2.0,
+        (across[0] + across[1]) / 2.0,
+        across_smoothing,
+        # The gradient that weighs the window is the difference over two rows.
+        row * row / 3.0,
+        row,
+        column,
+        matching.window**2 * row * column,
+        (1.0 + excess * excess / (stretch[0] * stretch[1])) / matching.efficiency,
+        matching.edge_loss**2 * _edge_variance(along, across, matching.window * row, matching.window * column),
+        (matching.floor * row) ** 2,
+    )
 
 
 def _blur_variances(exposure: CameraSetting, view: ImagePoint) -> tuple[Scalar, Scalar]:

@@ -16,8 +16,10 @@ from designer.evaluate.noise import (
     CollectedLight,
     ImagePoint,
     MatcherPerformance,
+    SurfaceSeen,
     TextureSpectrum,
     matching_noise,
+    seen_on_surface,
 )
 from designer.optics.backend import Scalar, sqrt
 from designer.optics.focus import FocusedLens, LightPath, chief_ray, reciprocal_along_ray, reciprocal_image_depth
@@ -75,12 +77,27 @@ def sharp_noise_model(conditions: Conditions, pair: StereoPair, f_number: Scalar
     return _noise_model(conditions, pair, f_number, lambda view, slope, distance: 0.0)
 
 
-def _noise_model(
+def seen_through(
+    conditions: Conditions, pair: StereoPair, lens: FocusedLens, light: Mapping[ViewName, LightPath]
+) -> Callable[[PerView[Scalar], Scalar], SurfaceSeen]:
+    """What the noise of :func:`noise_model` is predicted from, at the slopes in both views and a distance."""
+
+    def defocus(view: ViewName, slope: Scalar, distance: Scalar) -> Scalar:
+        ray = chief_ray(light[view], slope)
+        return lens.blur(reciprocal_image_depth(ray, reciprocal_along_ray(slope, distance)))
+
+    exposure, points_at = _imaging(conditions, pair, lens.f_number, defocus)
+
+    def seen_at(slopes: PerView[Scalar], distance: Scalar) -> SurfaceSeen:
+        return seen_on_surface(points_at(slopes, distance), distance, conditions.light, exposure, conditions.matching)
+
+    return seen_at
+
+
+def _imaging(
     conditions: Conditions, pair: StereoPair, f_number: Scalar, defocus: Callable[[ViewName, Scalar, Scalar], Scalar]
-) -> Scalar | NoiseModel:
-    if isinstance(conditions.predicted_share, float) and conditions.predicted_share == 0.0:
-        return conditions.constant
-    exposure = CameraSetting(conditions.pixel_pitch, f_number, wavelength=conditions.wavelength)
+) -> tuple[CameraSetting, Callable[[PerView[Scalar], Scalar], PerView[ImagePoint]]]:
+    """The camera's setting, and where and how both views image a point at their slopes and a distance."""
     views = {
         "lower": (pair.gain_lower, pair.sense_lower),
         "upper": (pair.gain_upper, pair.sense_upper),
@@ -103,12 +120,25 @@ def _noise_model(
             None if law.is_perspective else (along, across),
         )
 
+    def points_at(slopes: PerView[Scalar], distance: Scalar) -> PerView[ImagePoint]:
+        return PerView(
+            upper=image_point("upper", slopes.upper, distance),
+            lower=image_point("lower", slopes.lower, distance),
+        )
+
+    return CameraSetting(conditions.pixel_pitch, f_number, wavelength=conditions.wavelength), points_at
+
+
+def _noise_model(
+    conditions: Conditions, pair: StereoPair, f_number: Scalar, defocus: Callable[[ViewName, Scalar, Scalar], Scalar]
+) -> Scalar | NoiseModel:
+    if isinstance(conditions.predicted_share, float) and conditions.predicted_share == 0.0:
+        return conditions.constant
+    exposure, points_at = _imaging(conditions, pair, f_number, defocus)
+
     def noise_at(slopes: PerView[Scalar], distance: Scalar) -> PerView[Scalar]:
         matched = matching_noise(
-            PerView(
-                upper=image_point("upper", slopes.upper, distance),
-                lower=image_point("lower", slopes.lower, distance),
-            ),
+            points_at(slopes, distance),
             distance,
             conditions.texture,
             conditions.light,

@@ -13,6 +13,8 @@ COMPARATORS_TABLE = "comparators.csv"
 REQUIREMENT = "requirement.toml"
 PROVENANCE = "provenance.json"
 TOLERANCES = "tolerances.json"
+CERTIFICATES = "certificates.json"
+CERTIFICATES_TABLE = "certificates.csv"
 CHECKS = "checks"
 UNCHECKED = "unchecked.json"
 """In a check's folder: why a design could not be checked."""
@@ -51,7 +53,7 @@ def figure_name(file: str) -> str:
 
 def names_of_study(configurations: Iterable[str]) -> tuple[str, ...]:
     """The names of all files that a study of some configurations may write, but for figures."""
-    tables = [RESULTS, PARETO, LENSES, COMPARATORS_TABLE]
+    tables = [RESULTS, PARETO, LENSES, COMPARATORS_TABLE, CERTIFICATES_TABLE, CERTIFICATES]
     names = [REQUIREMENT, *tables, PROVENANCE, TOLERANCES, PDF, PAGE, figure_name(FIGURE_LIST)]
     for configuration in configurations:
         names += [design_name(configuration), *names_of_check(configuration)]

@@ -1,0 +1,1 @@
+"""Proofs about a study: the least depth error that a configuration allows at all, and which have no design."""
